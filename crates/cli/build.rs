@@ -1,4 +1,4 @@
-//! Tells the program which commit it is built from.
+//! Tells the program from which commit it is built, by the environment variable `LINELIT_COMMIT`.
 
 #![allow(
     clippy::print_stdout,
@@ -9,7 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What of the repository the program is made of, for git: all else may change beside it.
+/// The paths that the program is built from, as git's pathspecs. Changes elsewhere do not mark the
+/// build as changed.
 const SOURCES: &str = "Cargo.toml Cargo.lock crates/*/src/* crates/*/Cargo.toml crates/cli/build.rs \
     :(exclude)crates/workshop";
 
@@ -21,20 +22,22 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
 }
 
-/// In a clone of the repository: the commit, and whether sources differ from it. A package unpacked
-/// somewhere in a repository is no clone.
+/// Returns, in a clone of the repository, the commit, and whether sources differ from it. A package
+/// that was unpacked inside some other repository is not a clone.
 fn of_checkout(package: &Path) -> Option<String> {
     let root = package.parent()?.parent()?;
     if git(package, &["rev-parse", "--show-prefix"])? != "crates/cli/" {
         return None;
     }
-    // Where git notes that another commit is looked at: its log, or what it would log.
+    // Build again when another commit is checked out or made: git notes this in its log, or if it
+    // keeps no log, in these files.
     let branch = git(root, &["symbolic-ref", "--quiet", "HEAD"]).unwrap_or_default();
     for name in ["HEAD", "logs/HEAD", &branch, "packed-refs"] {
         if let Some(path) = git(root, &["rev-parse", "--git-path", name]) {
             watch(&root.join(path));
         }
     }
+    // Build again when a source changes.
     for folder in fs::read_dir(root.join("crates")).ok()?.flatten() {
         if folder.file_name() == "workshop" {
             continue;
@@ -44,6 +47,7 @@ fn of_checkout(package: &Path) -> Option<String> {
     }
     watch(&root.join("Cargo.toml"));
     watch(&root.join("Cargo.lock"));
+    // Mark the commit if sources differ from it.
     let hash = git(root, &["rev-parse", "--short=12", "HEAD"])?;
     let mut status = vec!["status", "--porcelain", "--"];
     status.extend(SOURCES.split_whitespace());
@@ -53,7 +57,7 @@ fn of_checkout(package: &Path) -> Option<String> {
     })
 }
 
-/// In a package: the commit that cargo notes there.
+/// Returns, in a package, the commit that cargo noted there.
 fn of_package(package: &Path) -> Option<String> {
     let noted = package.join(".cargo_vcs_info.json");
     watch(&noted);
@@ -67,14 +71,14 @@ fn of_package(package: &Path) -> Option<String> {
     Some(format!("{hash}{changes}"))
 }
 
-/// Asks for another look when a file, or one in a folder, changes.
+/// Makes cargo run this script again when a file, or one in a folder, changes.
 fn watch(path: &Path) {
     if path.exists() {
         println!("cargo::rerun-if-changed={}", path.display());
     }
 }
 
-/// What git says, if it is there and nothing is wrong.
+/// Returns the output of git, if it is installed and succeeds.
 fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
     let output = Command::new("git")
         .current_dir(folder)

@@ -1,9 +1,9 @@
-//! Starting cargo, and the programs that cargo builds.
+//! Functions that start cargo, and the programs that cargo builds.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The repository's root folder.
+/// Returns the repository's root folder.
 pub(crate) fn root() -> PathBuf {
     let own =
         std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
@@ -18,11 +18,11 @@ pub(crate) fn target() -> PathBuf {
     folder.map_or_else(|| root().join("target"), PathBuf::from)
 }
 
-/// The cargo that runs us, with an argument list begun.
+/// Returns a command of the cargo that runs this program, with these arguments.
 pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments);
-    // Variables that cargo set for this program would make nested builds look changed.
+    // Cargo set these variables for this program; they would make nested builds look changed.
     command
         .env_remove("CARGO_MANIFEST_DIR")
         .env_remove("CARGO_PKG_NAME")
@@ -30,8 +30,8 @@ pub(crate) fn cargo<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command
     command
 }
 
-/// Runs to the end; 0, 1 and 2 are handed through, anything else (a panic, a signal, a failed
-/// build) is 1.
+/// Runs a command to its end. Statuses 0, 1 and 2 are passed on; anything else (a panic, a signal,
+/// a failed build) becomes 1.
 pub(crate) fn status(command: &mut Command) -> u8 {
     match command.status() {
         Ok(status) => match status.code() {
@@ -49,8 +49,8 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// A cargo that builds something of a crate with optimisation. Silent, but for the first build,
-/// which takes a minute or two.
+/// Returns a cargo command that builds a part of a crate with optimization. It is silent, except
+/// for the first build, which takes a minute or two.
 fn release(verb: &str, package: &str) -> Command {
     let mut run = cargo([verb, "--release", "--manifest-path"]);
     run.arg(root().join("Cargo.toml"));
@@ -61,8 +61,8 @@ fn release(verb: &str, package: &str) -> Command {
     run
 }
 
-/// Runs a program or example of a crate in the caller's working folder: `target` are the
-/// arguments that name it.
+/// Runs a program or example of a crate in the caller's working folder; `target` are the arguments
+/// that name it.
 pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     let mut run = release("run", package);
     status(run.args(target).arg("--").args(arguments))
@@ -73,7 +73,8 @@ pub(crate) fn build(package: &str, target: &[&str]) -> u8 {
     status(release("build", package).args(target))
 }
 
-/// Runs a test of a crate as a program, whose arguments are the lines of `LINELIT_ARGUMENTS`.
+/// Runs a test of a crate as a program, with its arguments as the lines of `LINELIT_ARGUMENTS`.
+/// Arguments that are files become absolute paths.
 pub(crate) fn written(package: &str, target: &str, test: &str, arguments: &[String]) -> u8 {
     let whole = |word: &String| std::fs::canonicalize(word).map_or(word.into(), PathBuf::into);
     let words: Vec<std::ffi::OsString> = arguments.iter().map(whole).collect();
@@ -82,7 +83,7 @@ pub(crate) fn written(package: &str, target: &str, test: &str, arguments: &[Stri
     status(run.args(["--test", target, "--", "--ignored", "--nocapture", test]))
 }
 
-/// A criterion bench of a crate.
+/// Runs a criterion bench of a crate.
 pub(crate) fn criterion(package: &str, bench: &str, rest: &[String]) -> u8 {
     let file = format!("crates/{package}/benches/{bench}.rs");
     if !root().join(&file).exists() {

@@ -1,8 +1,8 @@
-//! The workshop: `cargo xtask COMMAND`.
+//! The developers' tools: `cargo xtask COMMAND`.
 //!
-//! Depends on nothing and links nothing of the renderer; it starts `cargo` and the programs of the
-//! crates. What is the user's, listed in [`PROGRAM`], goes to the `linelit` program word for word;
-//! what is the developers' is listed in [`USAGE`].
+//! This program has no dependencies and links no crate of the renderer; it starts `cargo` and the
+//! programs of the crates. The users' commands, listed in [`PROGRAM`], are passed to the `linelit`
+//! program word for word; the developers' commands are listed in [`USAGE`].
 //!
 //! Exit status: 0 done, 1 failed, 2 usage.
 
@@ -22,9 +22,10 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 /// The commands of the `linelit` program, each with a line about it. A test of the program (`help`
-/// of the crate `cli`) holds this list to what the program knows.
+/// of the crate `cli`) checks that this list is complete.
 const PROGRAM: &str = include_str!("program.txt");
 
+/// The commands of the developers, for the help.
 const USAGE: &str = "\
 the workshop:
   test [--long [--seed N]] [STEP…]
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
     let Some((command, rest)) = arguments.split_first() else {
         return usage("no command given");
     };
-    // Both crates, whatever the first says; the worse of the two counts.
+    // Run the test of both crates, even if it fails in the first; the larger status counts.
     let tables = |name| ["shading", "lights"].map(|of| cargo::written(of, "all", name, rest));
     let status = match command.as_str() {
         "help" | "-h" | "--help" => {
@@ -119,6 +120,7 @@ fn programs() -> impl Iterator<Item = &'static str> {
     PROGRAM.lines().filter_map(|line| line.split(' ').next())
 }
 
+/// Returns the help.
 fn help() -> String {
     let mut text = "usage: cargo xtask COMMAND [ARGUMENTS]\n\nthe linelit program (same words as \
                     `linelit COMMAND`, see `cargo xtask COMMAND --help`):\n"
@@ -127,6 +129,7 @@ fn help() -> String {
     format!("{text}\n{USAGE}")
 }
 
+/// Prints a usage error with the help, and returns its exit status.
 fn usage(problem: &str) -> ExitCode {
     eprintln!("error: {problem}\n\n{}", help());
     ExitCode::from(2)
@@ -137,7 +140,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// The words of the arms of `main`, as its text has them, are the commands of the help.
+    /// The commands in the match of `main`, read from its source, are the commands of the help.
     #[test]
     fn help_names_every_command_and_no_other() {
         let arms = include_str!("main.rs").lines().filter(|line| {

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that must hold, step by step, timed and summed up.
+//! `cargo xtask test`: runs all checks step by step, with times and a summary.
 
 use crate::tidy::{self, House};
 use crate::{cargo, packages, python};
@@ -14,21 +14,22 @@ const STEPS: [&str; 12] = [
     "publish", "python",
 ];
 
-/// Those that run with `--long`, or when they are named.
+/// The steps that run with `--long`, or when they are named.
 const LONG: [&str; 2] = ["long", "outside"];
 
-/// Those that run only when they are named: one needs crates.io, one Python and its registry.
+/// The steps that run only when they are named: one needs crates.io, one Python and its package
+/// index.
 const NAMED: [&str; 2] = ["publish", "python"];
 
-/// The steps to run.
+/// The steps to run, and the seed of random cases.
 struct Selection {
     steps: Vec<&'static str>,
-    /// The seed of the long tests' random cases; a new one each time unless given.
+    /// The seed of the long tests' random cases; a new one each time unless it is given.
     seed: Option<u64>,
 }
 
 impl Selection {
-    /// Reads `[--long] [--seed N] [STEP…]`.
+    /// Parses `[--long] [--seed N] [STEP…]`.
     fn parse(arguments: &[String]) -> Result<Self, String> {
         let (mut long, mut seed) = (false, None);
         let mut named = Vec::new();
@@ -44,6 +45,7 @@ impl Selection {
                 None => return Err(format!("unknown step `{argument}`")),
             }
         }
+        // Choose the steps: the usual ones, or the named ones, and the long ones with `--long`.
         let chosen = |step: &&&str| {
             let usual = named.is_empty() && !LONG.contains(step) && !NAMED.contains(step);
             usual || named.contains(step) || long && LONG.contains(step)
@@ -63,13 +65,14 @@ struct Outcome {
     time: Duration,
 }
 
-/// Runs the selected steps, all of them whatever fails; 0 if all passed, else 1. An error is one of
-/// the arguments.
+/// Runs all selected steps, even after one has failed. Returns 0 if all passed, otherwise 1. An
+/// error is a mistake in the arguments.
 pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
     let selection = Selection::parse(arguments)?;
     let mut outcomes = Vec::new();
     let mut beside: Vec<JoinHandle<Outcome>> = Vec::new();
     let seed = selection.seed.unwrap_or_else(new_seed);
+    // Run the parts one after another; some run next to those that follow.
     for step in &selection.steps {
         for part in expand(step, seed) {
             if part.beside {
@@ -79,6 +82,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
             }
         }
     }
+    // Wait for these, and print the summary.
     let panicked = "a step that nobody waits for does not panic";
     outcomes.extend(beside.into_iter().map(|step| step.join().expect(panicked)));
     let status = summary(&outcomes);
@@ -88,20 +92,21 @@ pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
     Ok(status)
 }
 
-/// A seed that no run had before.
+/// Returns a seed that no earlier run had.
 fn new_seed() -> u64 {
-    // Nanoseconds of 500 years fit; a clock before 1970 costs the newness only.
+    // Nanoseconds of 500 years fit into it; if the clock is before 1970, the seed is not new.
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |t| u64::try_from(t.as_nanos()).unwrap_or(0))
 }
 
+/// The function of a part, which returns its problems.
 type Work = Box<dyn FnOnce() -> Vec<String> + Send>;
 
 /// A part of a step.
 struct Part {
     name: String,
     work: Work,
-    /// Whether the parts behind it need not wait for it.
+    /// Whether the parts that follow may run at the same time.
     beside: bool,
 }
 
@@ -114,6 +119,7 @@ impl Part {
         }
     }
 
+    /// Runs the part, and times it.
     fn run(self) -> Outcome {
         eprintln!("\n== {}", self.name);
         let begin = Instant::now();
@@ -127,7 +133,7 @@ impl Part {
     }
 }
 
-/// A step's parts.
+/// Returns the parts of a step.
 fn expand(step: &str, seed: u64) -> Vec<Part> {
     let one = |name: &str, command| vec![Part::new(name, checked(command))];
     let packed = |name: &str, work: fn() -> Result<(), String>| {
@@ -149,7 +155,8 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
         }
         "package" => packed("packages of published crates", packages::package),
         // Test programs run one after another, and each ends with its longest test alone on one
-        // core: the steps behind take the other. Other examples and benches clippy has compiled.
+        // core: the steps that follow use the other. Other examples and benches were compiled by
+        // clippy.
         "test" => {
             let modules = "--lib --bins --example engine --example blue_noise_tile";
             let all = format!("{modules} --tests");
@@ -192,16 +199,16 @@ fn expand(step: &str, seed: u64) -> Vec<Part> {
     }
 }
 
-/// `cargo test` on some targets of all crates.
+/// Returns `cargo test` on some targets of all crates.
 fn tests(targets: &str, after: &str) -> Command {
     quiet(&format!("test --workspace --no-fail-fast {targets}"), after)
 }
 
-/// The variable that proptest takes its seed from.
+/// The environment variable that proptest takes its seed from.
 const PROPERTY_SEED: &str = "PROPTEST_RNG_SEED";
 
-/// Sets the same random cases on every run, so that a failure is due to the change and can be
-/// repeated: new cases are for the long tests. A value that is already set stays.
+/// Makes a command use the same random cases on every run, so that a failure is due to the change
+/// and can be repeated: only long tests use new cases. A seed that is already set is kept.
 fn same_cases(mut command: Command) -> Command {
     if std::env::var_os(PROPERTY_SEED).is_none() {
         command.env(PROPERTY_SEED, "20160301");
@@ -209,19 +216,20 @@ fn same_cases(mut command: Command) -> Command {
     command
 }
 
-/// Sixteen times the usual number of random cases, for properties that say how many they usually
-/// take as well (the tests' `cases(n)` scales by this over 256), and from this seed, which loops of
-/// random numbers take as well; a failing case prints itself, smallest form first.
+/// Makes a command use sixteen times the usual number of random cases, from this seed. This also
+/// applies to properties that state their own number of cases (the tests' `cases(n)` scales it by
+/// 4096/256) and to loops of random numbers. A failing case is printed in its smallest form.
 fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
-    // Sixteen times as many may be passed over, too: 1,024 by default.
+    // Sixteen times as many cases may be rejected, too; the default is 1,024.
     command.env("PROPTEST_MAX_GLOBAL_REJECTS", "16384");
     command.env(PROPERTY_SEED, seed.to_string());
     command.env("LINELIT_FUZZ_SEED", seed.to_string());
     command
 }
 
-/// Mutated scenes for some minutes: the long test of fuzzing, with the assertions of other tests.
+/// Runs the long fuzzing test for some minutes: mutated scenes, with the assertions of the other
+/// tests.
 pub(crate) fn fuzz(words: &[String]) -> Result<u8, String> {
     let mut command = cargo::cargo(["test", "--package", "linelit-cli", "--test", "fuzz"]);
     command.args(["--", "--ignored", "--nocapture"]);
@@ -241,7 +249,7 @@ pub(crate) fn fuzz(words: &[String]) -> Result<u8, String> {
     Ok(cargo::status(&mut command))
 }
 
-/// `cargo ARGUMENTS --quiet -- AFTER` on the whole workspace.
+/// Returns `cargo ARGUMENTS --quiet -- AFTER` on the whole workspace.
 fn quiet(arguments: &str, after: &str) -> Command {
     let mut command = cargo::cargo(arguments.split_whitespace());
     command
@@ -250,7 +258,8 @@ fn quiet(arguments: &str, after: &str) -> Command {
     command
 }
 
-/// Runs a command, passes on what it prints, and remembers what failed according to that.
+/// Returns the work that runs a command, passes on its output, and lists the tests that failed
+/// according to the output.
 fn checked(mut command: Command) -> Work {
     Box::new(move || {
         command.current_dir(cargo::root()).stdout(Stdio::piped());
@@ -262,7 +271,8 @@ fn checked(mut command: Command) -> Work {
         let lines = child.stdout.take().map(|out| BufReader::new(out).lines());
         for line in lines.into_iter().flatten().map_while(Result::ok) {
             println!("{line}");
-            // Compilers and rustfmt have told the terminal.
+            // Only names of tests are collected; messages of compilers and rustfmt are already on
+            // the terminal.
             let test = line.strip_prefix("---- ");
             let test = test.and_then(|l| l.strip_suffix(" stdout ----"));
             found.extend(test.map(|name| format!("test {name}")));
@@ -275,9 +285,9 @@ fn checked(mut command: Command) -> Work {
     })
 }
 
-/// Each crate with features: none of them, each alone, all of them. Defaults and the absence of
-/// features are what the other steps build. By clippy, as the step before: another way of denying
-/// warnings would compile all dependencies again.
+/// Returns the checks of each crate with features: without any, with each alone, and with all of
+/// them. (The other steps build with the defaults.) They run clippy as the step before, since
+/// another way of denying warnings would compile all dependencies again.
 fn feature_combinations() -> Vec<Part> {
     let house = match House::read(&cargo::root()) {
         Ok(house) => house,
@@ -289,11 +299,13 @@ fn feature_combinations() -> Vec<Part> {
         if features.is_empty() {
             continue;
         }
+        // List the sets of features.
         let mut sets: BTreeSet<String> = features.iter().map(|f| (*f).to_owned()).collect();
         sets.extend([String::new(), features.join(",")]);
         for set in sets {
             let name = format!("features of {}: [{set}]", member.owner);
-            // Tests, too, with all features; the library and its programs with others.
+            // With all features, tests are checked as well; otherwise only the library and its
+            // programs.
             let is_all = !set.is_empty() && set == features.join(",");
             let targets = if is_all { "--all-targets" } else { "" };
             let alone = format!("clippy {targets} --no-default-features");
@@ -304,8 +316,10 @@ fn feature_combinations() -> Vec<Part> {
     steps
 }
 
-/// The table of steps, what failed, and the plain line that scripts look for.
+/// Prints the table of steps, the problems, and the plain line that scripts look for; returns the
+/// exit status.
 fn summary(outcomes: &[Outcome]) -> u8 {
+    // The times.
     println!("\n{:>8}  step", "seconds");
     for step in outcomes {
         let verdict = if step.problems.is_empty() {
@@ -315,6 +329,7 @@ fn summary(outcomes: &[Outcome]) -> u8 {
         };
         println!("{:>8.1}  {}{verdict}", step.time.as_secs_f64(), step.name);
     }
+    // The problems.
     let failed: Vec<_> = outcomes.iter().filter(|o| !o.problems.is_empty()).collect();
     if !failed.is_empty() {
         println!("\nwhat failed:");
@@ -365,7 +380,7 @@ mod tests {
         let words = ["--long", "--seed", "7"].map(str::to_owned);
         assert_eq!(Selection::parse(&words).unwrap().seed, Some(7));
         assert!(parse(&["--long", "--seed"]).is_err() && parse(&["--seed", "x", "long"]).is_err());
-        // Nothing that runs would take it.
+        // No selected step would use it.
         assert!(parse(&["--seed", "7"]).is_err() && parse(&["--seed", "7", "test"]).is_err());
         assert_eq!(parse(&["long"]).unwrap(), ["long"]);
         assert!(parse(&["--fast"]).is_err());

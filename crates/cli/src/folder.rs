@@ -1,4 +1,5 @@
-//! The folder of a study: one process writes it at a time, and what is in it is of one study.
+//! The output folder of a study. One process writes to it at a time, and it contains the files of
+//! only one study.
 
 use crate::output::note;
 use anyhow::{Context, Result, bail};
@@ -8,38 +9,41 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read as _, Write as _};
 use std::path::{Component, Path, PathBuf};
 
-/// Locked, with the number of the process, while a study runs.
+/// A file that is locked while a study runs, with the number of the process.
 const LOCK: &str = ".linelit-lock";
-/// The files that the last study wrote, a name a line.
+/// The list of the files that the last study wrote, one name per line.
 const LIST: &str = ".linelit-files";
-/// The plan of a study that is not finished.
+/// The subfolder with the plan of a study that is not finished.
 const PLAN: &str = ".linelit-plan";
-/// The subfolder of an unfinished study; a finished one from before stays beside it.
+/// The subfolder for the files of an unfinished study. The files of an earlier, finished study stay
+/// where they are.
 const UNFINISHED: &str = "unfinished";
 
-/// A folder that is ours until this value is dropped or the process ends, however it ends.
+/// An output folder that is locked until this value is dropped or the process ends, however it
+/// ends.
 ///
-/// Files are kept until [`OutputFolder::finish`] writes them all at once: an earlier study stays
-/// whole until the new one is.
+/// Files are collected in memory until [`OutputFolder::finish`] writes all of them, so that an
+/// earlier study stays complete until the new one is.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
     files: BTreeMap<String, Vec<u8>>,
-    /// The temporary folder that is deleted when the files of a whole study are written.
+    /// The temporary folder that is deleted when the files of a complete study are written.
     temporary: Option<PathBuf>,
-    /// Whether the files are those of an unfinished study.
+    /// Whether the files belong to an unfinished study.
     unfinished: bool,
-    /// Held for its drop, which comes after the folder's own.
+    /// The lock, which is released after the folder was finished.
     _lock: Option<Lock>,
-    /// The folder, if it was made for this study: it goes if that fails.
+    /// The folder, if it was created for this study: it is removed if it stays empty.
     _made: Option<RemoveEmpty>,
 }
 
 impl OutputFolder {
-    /// Makes the folder if there is none, locks it, and tries whether files can be written.
+    /// Creates the folder if it does not exist, locks it, and tests whether files can be written to
+    /// it.
     ///
     /// # Errors
-    /// If that fails, or another process holds the folder.
+    /// If this fails, or another process has locked the folder.
     pub fn open(path: &Path) -> Result<Self> {
         let made = (!path.exists()).then(|| RemoveEmpty(path.to_owned()));
         let failed = || format!("creating the folder {}", path.display());
@@ -62,13 +66,13 @@ impl OutputFolder {
         })
     }
 
-    /// Path of a file of the study.
+    /// Returns the path of a file of the study.
     #[must_use]
     pub fn path_of(&self, name: &str) -> PathBuf {
         self.path.join(self.name_of(name))
     }
 
-    /// Name of a file of the study within the folder.
+    /// Returns the name of a file of the study, relative to the folder.
     fn name_of(&self, name: &str) -> String {
         if self.unfinished {
             format!("{UNFINISHED}/{name}")
@@ -77,8 +81,8 @@ impl OutputFolder {
         }
     }
 
-    /// A folder for what is done so far of the study, which goes when its files are written; what
-    /// an interrupted one left there stays, unless one is to begin `fresh`.
+    /// Returns a folder for the intermediate results of the study, which is deleted when its files
+    /// are written. Results that an interrupted study left there are kept, unless `fresh`.
     pub fn temporary(&mut self, fresh: bool) -> Result<PathBuf> {
         let path = self.path.join(PLAN);
         if fresh {
@@ -88,28 +92,32 @@ impl OutputFolder {
         Ok(path)
     }
 
-    /// Marks the study as unfinished: its files go to `unfinished/` until a whole one is written.
-    /// Parts done so far stay for those who continue, and so does a whole study from before.
+    /// Marks the study as unfinished: its files go to `unfinished/` until a complete study is
+    /// written. Intermediate results are kept so that the study can be continued, and so is a
+    /// complete study from before.
     pub const fn set_unfinished(&mut self) {
         self.unfinished = true;
     }
 
-    /// Adds a file; `name` may be below a folder of its own, as `plots/a.svg`.
+    /// Adds a file. Its name may contain folders, as in `plots/a.svg`.
     pub fn add(&mut self, name: &str, bytes: impl Into<Vec<u8>>) {
         self.files.insert(self.name_of(name), bytes.into());
     }
 
-    /// Writes all files, each whole or not at all, and removes those of the study before this one
-    /// that have no successor.
+    /// Writes all files, each atomically, and removes the files of the previous study that the new
+    /// one does not have.
     pub fn finish(self) -> Result<()> {
         let earlier = self.listed();
-        // Should the process end between two files, the next study knows of them all.
+        // List old and new files first: if the process ends between two files, the next study knows
+        // all of them.
         let names = || self.files.keys().map(String::as_str);
         let all: BTreeSet<&str> = names().chain(earlier.iter().map(String::as_str)).collect();
         self.list(&all)?;
+        // Write the new files.
         for (name, bytes) in &self.files {
             write_atomically(&self.path.join(name), bytes)?;
         }
+        // Remove the old ones, and list what remains.
         let stays = |name: &str| {
             self.files.contains_key(name)
                 || self.unfinished && !Path::new(name).starts_with(UNFINISHED)
@@ -124,13 +132,15 @@ impl OutputFolder {
         Ok(())
     }
 
+    /// Writes the list of files.
     fn list(&self, names: &BTreeSet<&str>) -> Result<()> {
         let text: String = names.iter().map(|name| format!("{name}\n")).collect();
         write_atomically(&self.path.join(LIST), text.as_bytes())?;
         Ok(())
     }
 
-    /// Names of the files that the study before this one wrote.
+    /// Returns the names of the files that the previous study wrote. Names that lead out of the
+    /// folder are ignored.
     fn listed(&self) -> BTreeSet<String> {
         let text = fs::read_to_string(self.path.join(LIST)).unwrap_or_default();
         let below = |name: &&str| {
@@ -140,6 +150,7 @@ impl OutputFolder {
         text.lines().filter(below).map(str::to_owned).collect()
     }
 
+    /// Removes a file, and the folders above it that become empty.
     fn remove(&self, name: &str) -> Result<()> {
         let path = self.path.join(name);
         match fs::remove_file(&path) {
@@ -150,14 +161,14 @@ impl OutputFolder {
         }
         let above = path.ancestors().skip(1);
         for folder in above.take_while(|folder| **folder != *self.path) {
-            // Fails, as it should, while anything is left in it.
+            // This fails, as it should, while the folder is not empty.
             let _ = fs::remove_dir(folder);
         }
         Ok(())
     }
 }
 
-/// Removes a folder with all that is in it, if it is there.
+/// Removes a folder with its contents, if it exists.
 pub(crate) fn remove_all(path: &Path) -> Result<()> {
     match fs::remove_dir_all(path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -167,18 +178,18 @@ pub(crate) fn remove_all(path: &Path) -> Result<()> {
     }
 }
 
-/// A folder that goes if it is empty.
+/// A folder that is removed on drop if it is empty.
 #[derive(Debug)]
 struct RemoveEmpty(PathBuf);
 
 impl Drop for RemoveEmpty {
     fn drop(&mut self) {
-        // Fails, as it should, while anything is in it.
+        // This fails, as it should, while the folder is not empty.
         let _ = fs::remove_dir(&self.0);
     }
 }
 
-/// A locked file, removed when dropped.
+/// A locked file, which is removed on drop.
 #[derive(Debug)]
 pub(crate) struct Lock {
     path: PathBuf,
@@ -186,14 +197,16 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// A lock by a file of this path; none where the file system has no locks, which is said. If
-    /// another process holds it, `refusal` says so, of the process's number.
+    /// Locks a file of this path. The result is `None`, with a note to the user, where the file
+    /// system has no locks. If another process holds the lock, the error is what `refusal` makes of
+    /// its process number.
     pub(crate) fn acquire(path: &Path, refusal: impl Fn(&str) -> String) -> Result<Option<Self>> {
         let failed = || format!("opening {}", path.display());
         loop {
             let mut options = OpenOptions::new();
             options.read(true).write(true).create(true).truncate(false);
             let mut file = options.open(path).with_context(failed)?;
+            // Lock the file, and start again if its previous holder has removed it in the meantime.
             match file.try_lock() {
                 Ok(()) if !is_at(&file, path) => continue,
                 Ok(()) => {}
@@ -210,6 +223,7 @@ impl Lock {
                     return Ok(None);
                 }
             }
+            // Write our process number, for the messages of others.
             file.set_len(0).with_context(failed)?;
             write!(file, "{}", std::process::id()).with_context(failed)?;
             return Ok(Some(Self {
@@ -220,8 +234,8 @@ impl Lock {
     }
 }
 
-/// Whether the file that was locked is still the one of that name: who held it before may have
-/// removed it.
+/// Returns whether the locked file still has this path: the previous holder may have removed it
+/// before the lock succeeded.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;
@@ -272,7 +286,7 @@ mod tests {
         assert_eq!(names(&path), [LIST, "plots", "report.html"]);
         assert_eq!(names(&path.join("plots")), ["c.svg", "mine.txt"]);
 
-        // A list that leads elsewhere is not followed.
+        // Names in the list that lead out of the folder are ignored.
         let outside = path.with_extension("outside");
         fs::write(&outside, "kept").unwrap();
         let up = format!("../{}\n", outside.file_name().unwrap().display());

@@ -1,4 +1,5 @@
-//! Scenes of plans: read, and held to what they were when the plan was made.
+//! Scenes of plans. All files that a scene is read from are recorded, so that a plan is only run on
+//! the same files as it was made for.
 
 use crate::args::ReadArgs;
 use anyhow::{Context as _, Result, bail};
@@ -10,7 +11,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Scenes that a plan is made for, by the names in the request, and what was read for them.
+/// The scenes that a plan is made for, by their names on the command line, with the files that were
+/// read.
 #[derive(Debug)]
 pub struct Sources<'a> {
     read: &'a ReadArgs,
@@ -18,7 +20,7 @@ pub struct Sources<'a> {
 }
 
 impl<'a> Sources<'a> {
-    /// No scenes yet.
+    /// Creates an empty collection.
     #[must_use]
     pub fn new(read: &'a ReadArgs) -> Self {
         Self {
@@ -27,7 +29,7 @@ impl<'a> Sources<'a> {
         }
     }
 
-    /// Reads a scene for a study, which measures lights of its own.
+    /// Reads a scene for a study, which needs lights in the file.
     ///
     /// # Errors
     /// As [`Sources::load`], and if the scene has no light.
@@ -38,11 +40,12 @@ impl<'a> Sources<'a> {
         })
     }
 
-    /// Reads a scene; one without lights gets a square beside the camera.
+    /// Reads a scene. A scene without lights gets a square light next to the camera.
     pub fn load(&self, name: &str) -> Result<SceneDescription> {
         self.load_by(name, |library, loaded| library.lit(loaded, name))
     }
 
+    /// Reads a scene, and lights it by a function.
     fn load_by(
         &self,
         name: &str,
@@ -51,12 +54,12 @@ impl<'a> Sources<'a> {
         self.read_by(name, |library| Ok(lit(library, library.load(name)?)?.scene))
     }
 
-    /// Reads anything by a library that watches which files are read.
+    /// Reads anything by a library, and records which files are read.
     ///
     /// # Errors
-    /// Those of reading it.
+    /// If `read` fails, or the path of the input cannot be found.
     pub fn read_by<T>(&self, name: &str, read: impl Fn(&Library) -> Result<T>) -> Result<T> {
-        // Files in the order in which they were read first.
+        // Record files in the order in which they are read first.
         let seen: Arc<Mutex<Vec<InputFile>>> = Arc::default();
         let told = Arc::clone(&seen);
         let mut library = self.read.library();
@@ -67,6 +70,7 @@ impl<'a> Sources<'a> {
             }
         });
         let read = read(&library)?;
+        // Store them under the name of the scene.
         let input = Input {
             name: whole_path(name)?,
             files: std::mem::take(&mut *locked(&seen)),
@@ -75,7 +79,7 @@ impl<'a> Sources<'a> {
         Ok(read)
     }
 
-    /// The plan of units of a `kind` on scenes that were read.
+    /// Creates a plan of units of a `kind`, on scenes that were read.
     pub fn plan(
         &self,
         kind: &str,
@@ -98,14 +102,15 @@ impl<'a> Sources<'a> {
     }
 }
 
-/// The version of the program, and its commit, that plans are held to.
+/// Returns the version and commit of the program. A plan can only be run by the program that made
+/// it.
 #[must_use]
 pub fn program() -> String {
     let (version, commit) = (linelit_study::version(), linelit_study::tables::commit());
     format!("linelit {version} ({commit})")
 }
 
-/// The name of a scene that leads there from any working folder of this machine.
+/// Returns the name of a scene such that it is valid in any working folder of this machine.
 pub fn whole_path(name: &str) -> Result<String> {
     Ok(match Place::find(name)? {
         Place::File(path) => std::path::absolute(&path)
@@ -119,17 +124,17 @@ pub fn whole_path(name: &str) -> Result<String> {
 /// Reads a scene of a plan again, by its number.
 ///
 /// # Errors
-/// If it cannot be found or read, or has changed.
+/// If the input cannot be found or read, or has changed since the plan was made.
 pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<SceneDescription> {
     open_by(folder, number, read, |library, name| {
         Ok(library.lit(library.load(name)?, name)?.scene)
     })
 }
 
-/// Reads anything of a plan again, by its number: `again` gets its name.
+/// Reads an input of a plan again, by its number; `again` is called with its name.
 ///
 /// # Errors
-/// If it cannot be found or read, or has changed.
+/// If the input cannot be found or read, or has changed since the plan was made.
 pub fn open_by<T>(
     folder: &Folder,
     number: usize,
@@ -146,7 +151,7 @@ pub fn open_by<T>(
     Ok(found)
 }
 
-/// The value of a mutex, whether or not a thread that held it panicked.
+/// Locks a mutex, whether or not a thread that held it panicked.
 pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! Ctrl-C, and the signal by which schedulers end what they started.
+//! The signals that end the program: Ctrl-C, and the signal by which schedulers end jobs.
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -9,9 +9,11 @@ use std::sync::{Arc, LazyLock};
 /// The base of the exit status of a process that a signal ended, as in shells.
 const ENDED_BY_SIGNAL: i32 = 128;
 
+/// Whether a signal came since [`watch`].
 static STOPPED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// Makes the first signal from now on only set [`stopped`], and the second end the process.
+/// Handles signals from now on: the first one makes [`stopped`] true, and the second one ends the
+/// process.
 pub fn watch() -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = ENDED_BY_SIGNAL + signal;
@@ -21,7 +23,7 @@ pub fn watch() -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a signal came since [`watch`].
+/// Returns whether a signal came since [`watch`].
 #[must_use]
 pub fn stopped() -> bool {
     STOPPED.load(Ordering::Relaxed)

@@ -1,22 +1,22 @@
-//! What the command says: results on standard output, everything else on standard error.
+//! The output of a command: results on standard output, everything else on standard error.
 //!
-//! All printing goes through here, so that a reader that goes away, or a disk that is full, is an
-//! answer and not a panic; clippy's `print_stdout` and `print_stderr` keep it so.
+//! All printing goes through this module, so that a closed pipe or a full disk becomes an error and
+//! not a panic; clippy's lints `print_stdout` and `print_stderr` ensure this.
 
 use std::fmt;
 use std::io::{self, Write};
 
-/// Standard output; `write!` and `writeln!` work on it.
+/// The standard output; `write!` and `writeln!` work on it.
 #[derive(Debug)]
 pub struct Output(pub(crate) io::Stdout);
 
-/// Why results could not be printed.
+/// The reason why results could not be printed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write to standard output: {0}")]
 pub struct OutputError(#[from] io::Error);
 
 impl OutputError {
-    /// Whether nobody reads the results any more: no reason to complain.
+    /// Returns whether the reader of the results has closed the pipe, which is not worth a message.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.0.kind() == io::ErrorKind::BrokenPipe
@@ -24,15 +24,15 @@ impl OutputError {
 }
 
 impl Output {
-    /// Implementation of `write!` and `writeln!`.
+    /// Writes formatted text; `write!` and `writeln!` call this.
     ///
     /// # Errors
-    /// [`OutputError`], to be handed on with `?`: the program ends by it.
+    /// [`OutputError`], to be passed on with `?`, so that it ends the program.
     pub fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> Result<(), OutputError> {
         Ok(self.0.write_fmt(text)?)
     }
 
-    /// Hands on what is still held back.
+    /// Writes all buffered text.
     ///
     /// # Errors
     /// As [`Output::write_fmt`].
@@ -41,8 +41,8 @@ impl Output {
     }
 }
 
-/// Says something beside the results: a line on standard error. Where that is closed or full there
-/// is nobody to tell, and the work goes on.
+/// Prints a line on standard error. If that is closed or full, the line is lost and the work
+/// continues.
 pub fn note(text: fmt::Arguments<'_>) {
     let _ = writeln!(io::stderr(), "{text}");
 }

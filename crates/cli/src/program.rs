@@ -1,4 +1,5 @@
-//! How a program of this workspace starts and ends.
+//! The start and the end of a program of this workspace: it parses the command line, runs, and
+//! turns errors into messages and exit statuses.
 
 use crate::args::UsageError;
 use crate::output::{Output, OutputError, note};
@@ -9,24 +10,25 @@ use linelit_plan::PlanError;
 use std::io;
 use std::process::ExitCode;
 
-/// The exit status for usage errors, which clap has, too.
+/// The exit status for usage errors, the same as clap's.
 const USAGE_STATUS: u8 = 2;
 
-/// The exit status for what may go well later (`EX_TEMPFAIL` of sysexits.h): parts are missing,
+/// The exit status for errors that may not recur (`EX_TEMPFAIL` of sysexits.h): parts are missing,
 /// work was stopped, the disk is full.
 const TRY_AGAIN_STATUS: u8 = 75;
 
-/// The exit status when the reader of standard output has gone: that of a program that the signal
-/// for it (SIGPIPE, number 13) has ended, 128 + 13, as other tools of a pipe have.
+/// The exit status when the reader of standard output is gone: 128 + 13, as if SIGPIPE (number 13)
+/// had ended the program, like other tools in a pipe.
 const CLOSED_STATUS: u8 = 141;
 
-/// The error that work is unfinished: the program exits with 75.
+/// The error that work is unfinished; the program exits with status 75.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct TryAgain(pub String);
 
-/// Reads the command line, works, and says what went wrong: 0 done, 1 failed, 2 usage, 75 try
-/// again, 141 when nobody reads standard output any more.
+/// Parses the command line, works, and prints errors. Exit statuses are 0 for success, 1 for
+/// failure, 2 for usage errors, 75 for "try again", and 141 when the reader of standard output is
+/// gone.
 pub fn start<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> ExitCode {
     match run(work) {
         Ok(()) => ExitCode::SUCCESS,
@@ -34,18 +36,19 @@ pub fn start<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> Exi
     }
 }
 
+/// Parses the command line and works.
 fn run<C: Parser>(work: impl FnOnce(&C, &mut Output) -> Result<()>) -> Result<()> {
     let mut out = Output(io::stdout());
     match C::try_parse() {
         Ok(words) => work(&words, &mut out)?,
-        // What was asked for: help, or the version.
+        // The help or the version was requested.
         Err(text) if !text.use_stderr() => write!(out, "{}", text.render())?,
         Err(error) => return Err(error.into()),
     }
     Ok(out.flush()?)
 }
 
-/// Says what went wrong, and the exit status for it.
+/// Prints an error, and returns the exit status for it.
 fn failure(error: &anyhow::Error) -> ExitCode {
     if error.downcast_ref().is_some_and(OutputError::is_closed) {
         return ExitCode::from(CLOSED_STATUS);
@@ -60,7 +63,7 @@ fn failure(error: &anyhow::Error) -> ExitCode {
         ));
         return ExitCode::from(USAGE_STATUS);
     }
-    // Errors of scene files bring their own heading.
+    // Errors of scene files have a heading of their own.
     match error.downcast_ref::<SceneError>() {
         Some(error) => note(format_args!("{error}")),
         None => note(format_args!("error: {error:#}")),

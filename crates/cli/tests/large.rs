@@ -1,12 +1,12 @@
-//! What a large mesh takes from its file to the first pixel. A file of its own: the high-water mark
-//! is that of the process.
+//! The memory that a large mesh takes from its file to the first pixel. The test is in a program of
+//! its own, because the peak memory is measured for the process.
 
 use linelit_integrator::{Renderer, Settings, Workspace};
 
 use std::io::{BufWriter, Write};
 
-/// Ten million triangles within 1.5 GB, of which the scene takes .18 and the hierarchy .7: the
-/// file in memory, the mesh on its way and the binary tree come and go.
+/// Ten million triangles fit into 1.5 GB, of which the scene takes .18 and the hierarchy .7; the
+/// rest is temporary: the file in memory, the mesh while it is converted, and the binary tree.
 #[test]
 #[ignore = "long: a mesh of ten million triangles"]
 fn ten_million_triangles() {
@@ -44,13 +44,13 @@ fn ten_million_triangles() {
     let mut scene = loaded.unwrap().scene;
     assert_eq!(scene.triangles.len(), 10_035_200);
     assert!(linelit_formats::add_framing_light(&mut scene));
-    // Each thread grows a part of the tree by itself, which takes it some 30 MB.
+    // Each thread builds a part of the tree, which takes some 30 MB.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build();
     let renderer = pool.unwrap().install(|| Renderer::new(&scene));
     let middle = [scene.film.width / 2, scene.film.height / 2];
     let value = renderer.pixel(&Settings::default(), middle, &mut Workspace::new());
     assert!(value.min_element() > 0.0, "{value}");
-    // Where the system tells.
+    // Where the system reports it.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mark = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
     if let Some(mark) = mark.and_then(|m| m.split_ascii_whitespace().next()) {

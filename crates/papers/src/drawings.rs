@@ -1,4 +1,5 @@
-//! Figures that no study of estimators shows: what is drawn of functions and counts.
+//! Figures of the papers that show functions and counts instead of errors of estimators. Come here
+//! to add such a figure; `figures.toml` refers to it by name.
 
 use crate::Context;
 use crate::judged::special::inverse::{above, antiderivative};
@@ -20,7 +21,7 @@ use std::fmt::Write as _;
 /// A function that draws a figure.
 pub(crate) type Drawing = fn(&Context<'_>) -> Result<Section>;
 
-/// The drawing of this name.
+/// Returns the drawing of this name in `figures.toml`.
 pub(crate) fn find(name: &str) -> Option<Drawing> {
     Some(match name {
         "pieces of lines" => pieces,
@@ -31,7 +32,7 @@ pub(crate) fn find(name: &str) -> Option<Drawing> {
     })
 }
 
-/// A picture of one number a pixel.
+/// Makes a square picture in false colour from one number per pixel.
 fn scalars(side: u32, values: &[f64], map: HeatMap, caption: &str) -> Result<Picture> {
     #[allow(clippy::cast_possible_truncation, reason = "colours need no more")]
     let values: Vec<f32> = values.iter().map(|v| *v as f32).collect();
@@ -59,6 +60,7 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
             skip: false,
             ..Settings::default()
         };
+        // Count the visible pieces of the lines at each shading point.
         let count = |pixel: [u32; 2], workspace: &mut Workspace| {
             let Some(point) = renderer.shading_point(pixel, workspace) else {
                 return DVec3::ZERO;
@@ -69,6 +71,7 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
             DVec3::splat(segments.pieces as f64 / segments.lines.max(1) as f64)
         };
         let (image, _) = scene_study::map(Tile::whole(side, side), context.progress, count);
+        // Colour the counts, from none to the largest.
         let values: Vec<f64> = image.rgb.iter().map(|p| f64::from(p[0])).collect();
         let most = values.iter().copied().fold(0.0, f64::max);
         let map = HeatMap {
@@ -88,11 +91,11 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Peters 2021, Fig. 3: the inverse distribution function of projected solid angle along a line
-/// that is infinitely long, for five normals in the plane of line and shading point.
+/// Peters 2021, Fig. 3: the inverse distribution function of projected solid angle along an
+/// infinitely long line, for five normals in the plane of the line and the shading point.
 fn inverses(_: &Context<'_>) -> Result<Section> {
-    // Components along the line and towards it: the third is a square root, the last two are the
-    // paper's "n_t near −1".
+    // The components along the line and towards it. The inverse for the third is a square root; the
+    // last two are the paper's "n_t near −1".
     const NORMALS: [[f64; 2]; 5] = [
         [0.0, 1.0],
         [0.6, 0.8],
@@ -100,6 +103,7 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
         [0.6, -0.8],
         [0.28, -0.96],
     ];
+    // Draw the levels −1, 0 and 1 of the sine.
     let at = |value: f64, w: f64| format!("{:.1},{:.1}", 40.0 + 125.0 * value, 150.0 - 130.0 * w);
     let mut svg = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 560 300" width="560" fill="none" stroke="currentColor" font-family="sans-serif" font-size="12">"#.to_owned();
     for w in [-1.0, 0.0, 1.0] {
@@ -110,6 +114,7 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
             ends[0], ends[1]
         );
     }
+    // Draw the curve of each normal, with an entry of the legend.
     for (k, normal) in NORMALS.into_iter().enumerate() {
         let [first, last] = above(normal);
         let cdf = |angle| antiderivative(normal, angle) - antiderivative(normal, first);
@@ -138,8 +143,9 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Peters 2021, Fig. 4: the worst backward error of 16 samples in each pixel, as printed in single
-/// precision and ours.
+/// Peters 2021, Fig. 4: the worst backward error of 16 samples in each pixel, by the algorithm as
+/// printed in single precision and by ours. The backward error is the change of the random number
+/// that would give the sample exactly.
 fn rounding(context: &Context<'_>) -> Result<Section> {
     const SAMPLES: u32 = 16;
     let side = context.side(256);
@@ -148,10 +154,11 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
     let Some(Light::Linear(light)) = scene.lights.first().map(|l| &*l.light) else {
         bail!("the room has no linear light");
     };
-    // Cut in half, to keep away from the wall.
+    // Take half of the light, to keep away from the wall.
     let line = light.segment.piece(0.0, 0.5);
     let renderer = Renderer::new(&scene);
     let numbers = Sampler::new(SamplerKind::Independent, context.seed);
+    // Find the worst errors of the samples of each pixel.
     let measure = |pixel: [u32; 2], workspace: &mut Workspace| {
         let Some(point) = renderer.shading_point(pixel, workspace) else {
             return DVec3::ZERO;
@@ -161,6 +168,7 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
         all.fold(DVec3::ZERO, DVec3::max)
     };
     let (image, _) = scene_study::map(Tile::whole(side, side), context.progress, measure);
+    // Show both errors, alone and times the brightness.
     let most = image.rgb.iter().fold(0.0, |most, p| p[2].max(most));
     let mut pictures = Vec::new();
     for (k, name) in ["as printed, in f32", "ours, in f64"]
@@ -188,7 +196,7 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Salesin & Jarosz 2019, Fig. 4: weights of BSDF samples over a light behind two triangles.
+/// Salesin & Jarosz 2019, Fig. 4: the weights of BSDF samples over a light behind two triangles.
 fn weights(context: &Context<'_>) -> Result<Section> {
     let side = context.side(256);
     let at = |k: u32| 2.0 * (f64::from(k) + 0.5) / f64::from(side) - 1.0;
@@ -201,6 +209,7 @@ fn weights(context: &Context<'_>) -> Result<Section> {
             "by a width that narrows with what is hidden",
         ),
     ] {
+        // Evaluate the weight at the centre of each pixel, the upper row first.
         let row = |y: u32| (0..side).map(move |x| [at(x), -at(y)]);
         let values = (0..side).flat_map(row).map(|at| weight(smoothing, at));
         let values: Vec<f64> = values.collect();
@@ -215,27 +224,30 @@ fn weights(context: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Smoothing at the ends of visible parts.
+/// The kinds of smoothing of a weight at the ends of visible parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Smoothing {
-    /// The balance heuristic.
+    /// No smoothing: the balance heuristic.
     None,
-    /// One width everywhere.
+    /// Smoothing over one width everywhere.
     Fixed,
-    /// Narrower where less is hidden beyond (eq. 24).
+    /// Smoothing over a width that is narrower where less is hidden beyond the end (eq. 24).
     Variable,
 }
 
-/// The light is from −1 to 1 along x and y, at this height over the shading point, facing it.
+/// The height of the light above the shading point. The light is from −1 to 1 along x and y, and
+/// faces the point.
 const HEIGHT: f64 = 2.0;
 
-/// Two triangles halfway to the light: what they hide of it is twice as large.
+/// The x and y of two triangles halfway to the light. The parts of the light that they hide are
+/// twice as large.
 pub(crate) const OCCLUDERS: [[[f64; 2]; 3]; 2] = [
     [[-0.42, -0.31], [0.03, -0.12], [-0.27, 0.17]],
     [[0.11, 0.05], [0.44, 0.21], [0.16, 0.36]],
 ];
 
-/// Returns the visible fractions of the light's line along x (`axis` 0) or y at an offset.
+/// Returns the visible intervals, as fractions, of the light's line along x (`axis` 0) or y at an
+/// offset.
 pub(crate) fn visible(axis: usize, offset: f64) -> IntervalSet {
     let at = |t: f64| match axis {
         0 => DVec3::new(t, offset, HEIGHT),
@@ -252,8 +264,9 @@ pub(crate) fn visible(axis: usize, offset: f64) -> IntervalSet {
     parts
 }
 
-/// The weight of a BSDF sample (cosine lobe, normal towards the light) at (x, y) on the light, of
-/// lines in both directions and BSDF samples; zero where the place is hidden or beyond the light.
+/// Returns the weight of a BSDF sample (cosine lobe, normal towards the light) at (x, y) on the
+/// light, when BSDF samples are combined with lines in both directions; zero where the light is
+/// hidden, or beyond the light.
 pub(crate) fn weight(smoothing: Smoothing, [x, y]: [f64; 2]) -> f64 {
     if x.abs() > 1.0 || y.abs() > 1.0 {
         return 0.0;
@@ -262,9 +275,11 @@ pub(crate) fn weight(smoothing: Smoothing, [x, y]: [f64; 2]) -> f64 {
     const WIDTH: f64 = 1.0;
     let to = DVec3::new(x, y, HEIGHT);
     let cos = HEIGHT / to.length();
-    // Densities per area: cos θ/π · cos θ'/r² of the lobe, eqs. 14 and 15 of lines.
+    // The densities per area: cos θ/π · cos θ'/r² of the lobe, and eqs. 14 and 15 of lines.
     let mut densities = [cos * cos / (PI * to.length_squared()), 0.0, 0.0];
     let mut factor = 1.0;
+    // For each direction, find the visible part of the line through the point, the density of lines
+    // there, and the smoothing factor.
     for (axis, [along, offset]) in [[x, y], [y, x]].into_iter().enumerate() {
         let parts = visible(axis, offset);
         let (all, t) = (parts.as_slice(), 0.5 * (along + 1.0));
@@ -275,9 +290,10 @@ pub(crate) fn weight(smoothing: Smoothing, [x, y]: [f64; 2]) -> f64 {
         if smoothing == Smoothing::None {
             continue;
         }
+        // The hidden fractions on both sides of that part.
         let before = all[k].lo - k.checked_sub(1).map_or(0.0, |j| all[j].hi);
         let after = all.get(k + 1).map_or(1.0, |p| p.lo) - all[k].hi;
-        // Ends at the border have no gap; the border has its own factor.
+        // Ends at the border of the light have no gap; the border has its own factor.
         let [before, after] = [before, after].map(|share| match smoothing {
             Smoothing::Fixed if share > 1e-12 => f64::INFINITY,
             _ => 2.0 * share,
@@ -286,5 +302,6 @@ pub(crate) fn weight(smoothing: Smoothing, [x, y]: [f64; 2]) -> f64 {
         factor *= smoothing::border(along, -1.0, 1.0, WIDTH)
             * smoothing::visible_interval(along, lo, hi, before, after, WIDTH);
     }
+    // Weight the BSDF sample by the balance heuristic, smoothed by the factor.
     smoothing::smoothed_balance(&[1.0; 3], &densities, &[factor, 1.0, 1.0], 0)
 }

@@ -1,4 +1,5 @@
-//! The named studies, as `figures.toml` has them.
+//! The named studies of `figures.toml`: convergence studies of scenes, and pages of claims and
+//! drawings.
 
 use crate::drawings::{self, Drawing};
 use crate::judged::data::{Book, Text};
@@ -13,40 +14,42 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// All figures.
+/// All named studies of `figures.toml`.
 static FIGURES: LazyLock<Vec<Figure>> = LazyLock::new(|| {
     let file: Result<File, _> = toml::from_str(include_str!("../figures.toml"));
     file.unwrap_or_else(|e| panic!("figures.toml: {e}")).figures
 });
 
+/// The contents of `figures.toml`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     figures: Vec<Figure>,
 }
 
-/// A named study.
+/// A named study: a study of convergence, or a page of claims.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Figure {
     name: String,
-    /// The content of the figure, in a line.
+    /// What the study shows, in a line.
     about: String,
-    /// Processor seconds.
+    /// The processor seconds that it took.
     seconds: f64,
-    /// A study of convergence; without it the figure is a page of claims.
+    /// The study of convergence; if there is none, the figure is a page of claims.
     study: Option<Described>,
-    /// The drawing on the page of claims, by its name.
+    /// The name of the drawing on the page of claims, if there is one.
     drawing: Option<String>,
 }
 
-/// A study of convergence: missing settings are those of [`StudySpec::default`].
+/// The description of a study of convergence. Missing settings are taken from
+/// [`StudySpec::default`].
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct Described {
     title: Option<String>,
     scenes: Option<Vec<String>>,
-    /// Whether a scene of the user's own may take the place of its scenes.
+    /// Whether a scene of the user's may replace its scenes.
     #[serde(default)]
     takes_scene: bool,
     estimators: Option<Vec<Text<Estimator>>>,
@@ -63,7 +66,8 @@ struct Described {
     duel: Option<DescribedDuel>,
 }
 
-/// Pictures, by the estimators and samplers of the study if none are given.
+/// The description of a gallery of pictures. Missing estimators and samplers are taken from the
+/// study.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DescribedGallery {
@@ -74,6 +78,7 @@ struct DescribedGallery {
     samplers: Option<Vec<Text<SamplerKind>>>,
 }
 
+/// The description of two pictures for the same time: the longer side, and the number of lines.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DescribedDuel {
@@ -81,7 +86,7 @@ struct DescribedDuel {
     samples: u32,
 }
 
-/// The values of texts; those of another list if there are none.
+/// Returns the values of a list of texts, or another list if there are no texts.
 fn values<T: Copy>(texts: Option<&Vec<Text<T>>>, other: &[T]) -> Vec<T> {
     texts.map_or_else(
         || other.to_vec(),
@@ -90,6 +95,7 @@ fn values<T: Copy>(texts: Option<&Vec<Text<T>>>, other: &[T]) -> Vec<T> {
 }
 
 impl Described {
+    /// Returns the specification of the study.
     fn spec(&self) -> StudySpec {
         let base = StudySpec::default();
         let grid = |[width, height]: [u32; 2]| Pixels::Grid(Resolution { width, height });
@@ -97,6 +103,7 @@ impl Described {
             label: label.clone(),
             pixel: *pixel,
         };
+        // Take each setting that is described, and the others from the default.
         let mut spec = StudySpec {
             title: self.title.clone().unwrap_or(base.title),
             scenes: self.scenes.clone().unwrap_or(base.scenes),
@@ -116,12 +123,14 @@ impl Described {
             }),
             ..StudySpec::default()
         };
+        // The gallery's defaults are the study's settings.
         spec.gallery = self.gallery.as_ref().map(|gallery| gallery.of(&spec));
         spec
     }
 }
 
 impl DescribedGallery {
+    /// Returns the gallery of a study.
     fn of(&self, spec: &StudySpec) -> Gallery {
         let [width, height] = self.size;
         let seconds = self.seconds.map(Budget::Seconds);
@@ -136,7 +145,7 @@ impl DescribedGallery {
     }
 }
 
-/// A page of the claims that name it, perhaps with a drawing.
+/// A page of the claims that refer to it, possibly with a drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Page {
     name: &'static str,
@@ -145,16 +154,18 @@ pub struct Page {
 }
 
 impl Page {
-    /// Measures and judges the claims, and draws.
+    /// Measures and judges the claims, and draws the drawing.
     ///
     /// # Errors
     /// If a scene cannot be read.
     pub fn run(&self, context: &Context<'_>) -> Result<Findings> {
+        // Judge the claims under a capitalized title.
         let mut title = self.about.to_owned();
         if let Some(first) = title.get_mut(..1) {
             first.make_ascii_uppercase();
         }
         let mut found = judged::run(context, self.name, &title)?;
+        // Put the drawing first, and its pictures into files.
         if let Some(draw) = self.drawing {
             let section = draw(context).context(self.name)?;
             for (number, picture) in (1..).zip(&section.pictures) {
@@ -171,28 +182,31 @@ impl Page {
     }
 }
 
+/// Returns the named study of this name.
 fn find(name: &str) -> Option<&'static Figure> {
     FIGURES.iter().find(|figure| figure.name == name)
 }
 
-/// The names of all named studies, and what each shows, in a line.
+/// Returns the names of all named studies, and a line about each.
 pub fn studies() -> impl Iterator<Item = (&'static str, &'static str)> {
     let named = |figure: &'static Figure| (figure.name.as_str(), figure.about.as_str());
     FIGURES.iter().map(named)
 }
 
-/// Whether a study of this name may be given a scene of the user's own.
+/// Returns whether a study of this name can be run on a scene of the user's.
 #[must_use]
 pub fn takes_scene(name: &str) -> bool {
     let described = find(name).and_then(|figure| figure.study.as_ref());
     described.is_some_and(|study| study.takes_scene)
 }
 
-/// The study of this name, on its own scene or on one that is given ([`takes_scene`]). `None` if
-/// there is no such study, or it has no scene of its own and is given none.
+/// Returns the study of this name, on its own scene or, if it accepts one ([`takes_scene`]), on a
+/// given scene. `None` if there is no such study, or if it has no scene of its own and is given
+/// none.
 #[must_use]
 pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
     let figure = find(name)?;
+    // A figure without a study is a page of claims.
     let Some(described) = &figure.study else {
         let drawing = figure.drawing.as_deref();
         return Some(Study::Findings(Page {
@@ -201,6 +215,7 @@ pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
             drawing: drawing.map(|name| drawings::find(name).expect("figures.toml is read")),
         }));
     };
+    // Replace the scenes by the given one.
     let mut spec = described.spec();
     let takes = described.takes_scene;
     if let Some(scene) = scene.filter(|scene| takes && spec.scenes != [*scene]) {
@@ -210,8 +225,9 @@ pub fn study(name: &str, scene: Option<&str>) -> Option<Study> {
     (!spec.scenes.is_empty()).then(|| Study::Convergence(Box::new(spec)))
 }
 
-/// Processor seconds that a named study took, all its threads together; of one that is given a
-/// scene, with that of its own or, for want of one, `cornell-box-large`. `None` of no study.
+/// Returns the processor seconds that a named study took, all threads together; `None` if there is
+/// no such study. A study that accepts a scene was measured with its own, or with
+/// `cornell-box-large` if it has none.
 #[must_use]
 pub fn processor_seconds(study: &str) -> Option<f64> {
     find(study).map(|figure| figure.seconds)
@@ -221,8 +237,8 @@ pub fn processor_seconds(study: &str) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Every study is read, and every paper's order that stands on a view of `salesin-fig5` finds
-    /// its estimator there.
+    /// Every study can be read, and every order that a paper reports for a view of `salesin-fig5`
+    /// belongs to an estimator of that study.
     #[test]
     fn all_figures_are_understood() {
         for figure in FIGURES.iter() {

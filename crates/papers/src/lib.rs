@@ -14,10 +14,10 @@ use linelit_scenes::Library;
 use linelit_study::report::Report;
 use linelit_study::scene_study::StudySpec;
 
-/// A page of claims and drawings, its files and its numbers.
+/// The result of a page of claims and drawings: the page itself, files and numbers.
 #[derive(Debug, Default)]
 pub struct Findings {
-    /// The page, still without the command that repeats it.
+    /// The page, without the command that repeats it.
     pub report: Report,
     /// Further files, by name: pictures as PNG, tables as text.
     pub files: Vec<(String, Vec<u8>)>,
@@ -25,21 +25,21 @@ pub struct Findings {
     pub text: String,
     /// The findings as data.
     pub rows: serde_json::Value,
-    /// The differences from what is on record, if there are any: the study has failed, though its
-    /// page is whole.
+    /// The contradictions to the recorded verdicts. If there are any, the study has failed, though
+    /// its page is complete.
     pub failures: Vec<String>,
 }
 
 /// A study of a paper.
 #[derive(Clone, Debug)]
 pub enum Study {
-    /// Errors over samples and time, with slopes and perhaps pictures.
+    /// Errors over samples and time, with orders of convergence and possibly pictures.
     Convergence(Box<StudySpec>),
-    /// Claims of a paper, judged, and drawings.
+    /// Judged claims of a paper, and drawings.
     Findings(Page),
 }
 
-/// Settings of a page of claims and drawings.
+/// The settings of a page of claims and drawings.
 #[derive(Debug)]
 pub struct Context<'a> {
     /// The reader of scenes.
@@ -48,23 +48,24 @@ pub struct Context<'a> {
     pub seed: u64,
     /// Whether every step runs at the smallest size, for tests.
     pub smallest: bool,
-    /// Whether what has a quick form runs in full.
+    /// Whether measurements that have a quick form run in full.
     pub full: bool,
-    /// The most pixels on a side of a picture.
+    /// The largest side of a picture, in pixels.
     pub most_side: u32,
     /// The progress bar.
     pub progress: &'a ProgressBar,
 }
 
 impl Context<'_> {
-    /// The side of a picture of this size: a thumbnail's where the smallest is wanted.
+    /// Returns the side of a picture that should have this side: a few pixels if everything runs at
+    /// the smallest size.
     fn side(&self, full: u32) -> u32 {
         let most = if self.smallest { 8 } else { self.most_side };
         full.min(most)
     }
 }
 
-/// The study that `converge` runs where none is named.
+/// Returns the study that `converge` runs if none is named.
 ///
 /// ```
 /// assert!(linelit_papers::default_study().duel.is_some());

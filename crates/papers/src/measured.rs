@@ -1,4 +1,8 @@
-//! Measured numbers, each with the interval that it lies in.
+//! Measured numbers with confidence intervals, and their arithmetic. Claims of papers are judged by
+//! these intervals.
+//!
+//! Intervals of positive numbers are symmetric in the logarithm. Half widths of independent numbers
+//! add like standard errors: hypot(a, b).
 
 use linelit_elementary::{exp, hypot, ln, pow};
 use linelit_study::report::scientific;
@@ -8,29 +12,30 @@ use linelit_study::stats::student;
 use serde::Serialize;
 use std::fmt;
 
-/// Confidence of all intervals.
+/// The confidence of all intervals.
 const CONFIDENCE: f64 = 0.95;
-/// Passes of a timing, which nobody counts: so many that t is that of a normal number to 0.1 %.
+/// The number of passes that a timing is assumed to have, as passes are not counted. With this
+/// many, Student's t differs from a normal number by 0.1 %.
 const MANY_PASSES: usize = 1000;
 
-/// A number that a study measured, with the interval that holds it in 95 % of all runs; none where
-/// there were too few trials to tell ([`LEAST_TRIALS`]).
+/// A measured number with its 95 % confidence interval. The interval is missing if there were too
+/// few trials ([`LEAST_TRIALS`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Measured {
     /// The number.
     pub value: f64,
-    /// Lower and upper end of its interval.
+    /// The lower and upper end of its interval.
     pub interval: Option<[f64; 2]>,
 }
 
 impl Measured {
-    /// A figure that could not be measured.
+    /// A number that could not be measured.
     pub(crate) const UNKNOWN: Self = Self {
         value: f64::NAN,
         interval: None,
     };
 
-    /// A number without noise: a count, or what a formula gives.
+    /// Returns a number without noise: a count, or the value of a formula.
     pub(crate) const fn exact(value: f64) -> Self {
         Self {
             value,
@@ -38,7 +43,7 @@ impl Measured {
         }
     }
 
-    /// A number ± `half`; without an interval where that is no number.
+    /// Returns a number ± `half`, without an interval if `half` is not finite.
     fn around(value: f64, half: f64) -> Self {
         Self {
             value,
@@ -46,25 +51,26 @@ impl Measured {
         }
     }
 
-    /// The mean of independent values.
+    /// Returns the mean of independent values.
     pub(crate) fn mean(values: &[f64]) -> Self {
         let MeanError { mean, stderr } = MeanError::of(values);
         Self::around(mean, quantile(values.len()) * stderr)
     }
 
-    /// A positive mean of so many values with its standard error: the interval is that of its
-    /// logarithm, to first order.
+    /// Returns a positive mean of this many values with its standard error. Its interval is that of
+    /// the logarithm, to first order.
     fn positive(mean: f64, stderr: f64, values: usize) -> Self {
         Self::around(ln(mean), quantile(values) * stderr / mean).map(exp)
     }
 
-    /// The mean of independent positive values.
+    /// Returns the mean of independent positive values.
     pub(crate) fn positive_mean(values: &[f64]) -> Self {
         let MeanError { mean, stderr } = MeanError::of(values);
         Self::positive(mean, stderr, values.len())
     }
 
-    /// The order of the standard deviation over the number of samples, if there is one.
+    /// Returns the order of the standard deviation over the number of samples, or an unknown number
+    /// if none can be fitted.
     pub(crate) fn order_of(points: &[SlopePoint]) -> Self {
         let Some(found) = fit_trials(points, CONFIDENCE) else {
             return Self::UNKNOWN;
@@ -76,7 +82,7 @@ impl Measured {
         }
     }
 
-    /// The mean of some positive values over that of others, both independent.
+    /// Returns the ratio of the means of two independent sets of positive values.
     pub(crate) fn ratio(top: &[f64], bottom: &[f64]) -> Self {
         let [a, b] = [top, bottom].map(|values| {
             let MeanError { mean, stderr } = MeanError::of(values);
@@ -85,25 +91,25 @@ impl Measured {
         a.over(b)
     }
 
-    /// A time with its deviation over passes: that stands for the standard error, as what disturbs
-    /// one pass disturbs the next.
+    /// Returns a time with its deviation over passes. The deviation is used as the standard error
+    /// without dividing it by a number of passes, since what disturbs one pass disturbs the next.
     pub(crate) fn time(seconds: f64, deviation: f64) -> Self {
         Self::positive(seconds, deviation, MANY_PASSES)
     }
 
-    /// The geometric mean of positive values, such as ratios of times taken in turns.
+    /// Returns the geometric mean of positive values, such as ratios of times taken in turns.
     pub(crate) fn geometric_mean(values: &[f64]) -> Self {
         let logarithms: Vec<f64> = values.iter().map(|v| ln(*v)).collect();
         Self::mean(&logarithms).map(exp)
     }
 
-    /// The geometric mean of independent positive numbers. `None` of none.
+    /// Returns the geometric mean of independent positive numbers, or `None` if there are none.
     pub(crate) fn pooled(all: &[Self]) -> Option<Self> {
         let product = all.iter().copied().reduce(Self::times)?;
         Some(product.map(|v| pow(v, 1.0 / all.len() as f64)))
     }
 
-    /// Applies an increasing function to the figure and both ends.
+    /// Applies an increasing function to the number and to both ends of its interval.
     pub(crate) fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
             value: f(self.value),
@@ -111,7 +117,7 @@ impl Measured {
         }
     }
 
-    /// The difference of two independent numbers: half widths add as standard errors do.
+    /// Returns the difference of two independent numbers. Half widths add like standard errors.
     pub(crate) fn minus(self, other: Self) -> Self {
         let half = |m: Self| {
             m.interval
@@ -120,12 +126,13 @@ impl Measured {
         Self::around(self.value - other.value, hypot(half(self), half(other)))
     }
 
-    /// The quotient of two independent positive numbers: of their logarithms, the difference.
+    /// Returns the quotient of two independent positive numbers, by the difference of their
+    /// logarithms.
     pub(crate) fn over(self, other: Self) -> Self {
         self.map(ln).minus(other.map(ln)).map(exp)
     }
 
-    /// The product of two independent positive numbers.
+    /// Returns the product of two independent positive numbers.
     pub(crate) fn times(self, other: Self) -> Self {
         self.over(Self {
             value: 1.0 / other.value,
@@ -133,14 +140,14 @@ impl Measured {
         })
     }
 
-    /// The interval, where that and the number are numbers.
+    /// Returns the interval if it exists and both it and the number are finite.
     pub(crate) fn known(&self) -> Option<[f64; 2]> {
         let known = |ends: &[f64; 2]| [self.value, ends[0], ends[1]].iter().all(|v| v.is_finite());
         self.interval.filter(known)
     }
 }
 
-/// The number, and the interval in brackets.
+/// Writes the number, and its interval in brackets.
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", number(self.value))?;
@@ -152,7 +159,8 @@ impl fmt::Display for Measured {
     }
 }
 
-/// A number as a reader wants it: three digits behind the point, or a power of ten.
+/// Formats a number with about four significant digits and at most three decimals, or by a power of
+/// ten if it is very small or large.
 pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if !size.is_finite() || (size > 0.0 && !(1e-3..1e5).contains(&size)) {
@@ -172,7 +180,7 @@ pub(crate) fn number(value: f64) -> String {
     text
 }
 
-/// Student's t of an interval from so many values; NaN of too few.
+/// Returns Student's t of an interval from this many values; NaN if there are too few.
 fn quantile(values: usize) -> f64 {
     if values < LEAST_TRIALS {
         return f64::NAN;
@@ -181,12 +189,12 @@ fn quantile(values: usize) -> f64 {
     student::quantile(CONFIDENCE, freedom)
 }
 
-/// The one of these whose value is the largest.
+/// Returns the number with the largest value.
 pub(crate) fn largest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
     all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
-/// The one of these whose value is the smallest.
+/// Returns the number with the smallest value.
 pub(crate) fn smallest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
     all.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
 }
@@ -221,7 +229,7 @@ mod tests {
         assert!((both.value - 4.0).abs() < 1e-14);
         assert!((both.known().unwrap()[1] / 4.0 - exp(0.25)).abs() < 1e-14);
         assert_eq!(Measured::pooled(&[]), None);
-        // One without an interval has none to give.
+        // A number without an interval gives results without intervals.
         assert_eq!(around(5.0, 0.3).minus(Measured::mean(&[2.0])).known(), None);
         assert_eq!(Measured::ratio(&[0.0; 8], &[1.0; 8]).known(), None);
     }
@@ -253,7 +261,8 @@ mod tests {
             let [low, high] = Measured::ratio(&a, &b).interval.unwrap();
             covered += u32::from(low <= 1.0 && 1.0 <= high);
         }
-        // t(7) where Welch has 14 degrees of freedom: a little wide.
+        // It uses t(7), where Welch's test has 14 degrees of freedom: the intervals are a little
+        // wide.
         let share = f64::from(covered) / 2000.0;
         let spread = 3.3 * (0.05 * 0.95 / 2000.0_f64).sqrt();
         assert!(

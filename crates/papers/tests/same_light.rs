@@ -1,4 +1,5 @@
-//! The same light, by every estimator, on every built-in scene.
+//! All estimators find the same light on every built-in scene, and lines find the same light
+//! through the hierarchy as by brute force.
 
 use linelit_estimators::{Query, RandomNumbers, brute_force};
 use linelit_formats::LoadOptions;
@@ -12,11 +13,11 @@ use linelit_study::engine::{Cell, CellRun, run_cell};
 use linelit_study::scene_study::{Targets, all_pixels};
 use linelit_study::stats::student::quantile;
 
-/// Independent trials of each estimator.
+/// The number of independent trials of each estimator.
 const TRIALS: u32 = 16;
-/// Of the whole test of one scene.
+/// The significance level of the whole test of one scene.
 const ALPHA: f64 = 0.01;
-/// The share of pixels that must pass: a guard against trials that are not normally distributed.
+/// The fraction of pixels that must pass: it allows for trials that are not normally distributed.
 const PASS_SHARE: f64 = 0.9975;
 
 /// Warnings about the built-in scenes are errors.
@@ -44,7 +45,7 @@ fn run(targets: &Targets<'_>, estimator: &str, samples: u32, seed: u64) -> CellR
     run_cell(targets, cell)
 }
 
-/// Mean and squared standard error of the trials.
+/// Returns the mean and the squared standard error of the trials.
 fn moments(values: &[DVec3]) -> (DVec3, DVec3) {
     let n = f64::from(u32::try_from(values.len()).unwrap());
     let mean = values.iter().copied().sum::<DVec3>() / n;
@@ -58,7 +59,7 @@ fn agree(scene_name: &str, side: u32, points: u32, lines: u32) {
     agree_with(scene_name, side, ("point-solid-angle", points), &others);
 }
 
-/// The same for any estimators with their numbers of samples, the first of which is the reference.
+/// The same test for any estimators with their numbers of samples; the first is the reference.
 fn agree_with(scene_name: &str, side: u32, points: (&str, u32), others: &[(&str, u32)]) {
     let mut scene = strict().load(scene_name).unwrap().scene;
     scene.set_resolution(side, side);
@@ -87,8 +88,8 @@ fn agree_with(scene_name: &str, side: u32, points: (&str, u32), others: &[(&str,
             // times what a grazing cosine amplifies.
             let floor = b.max(a) * 1e-10;
             let apart = (a - b).abs().cmpgt((va + vb).map(f64::sqrt) * t + floor);
-            // Points that never met the little that is visible have no variance to judge by: the
-            // mean over all pixels does.
+            // Points that never met the small visible part have no variance to judge by; the mean
+            // over all pixels is tested instead.
             if b == DVec3::ZERO && vb == DVec3::ZERO {
                 unmet += usize::from(apart.any());
             } else {
@@ -118,7 +119,8 @@ fn agree_with(scene_name: &str, side: u32, points: (&str, u32), others: &[(&str,
     }
 }
 
-/// The light of every pixel that sees a surface by lines through the hierarchy, without skips.
+/// Computes the light of every pixel that sees a surface, by lines through the hierarchy and
+/// without skipping work.
 fn by_lines(scene: &SceneDescription, side: u32, lines: u32, seed: u64) -> Vec<DVec3> {
     let renderer = Renderer::new(scene);
     let settings = Settings {
@@ -138,7 +140,8 @@ fn by_lines(scene: &SceneDescription, side: u32, lines: u32, seed: u64) -> Vec<D
         .collect()
 }
 
-/// The same lines, of the points that `scene` shows, past every triangle of `occluders` in f64.
+/// Computes the light by the same lines at the points of `scene`, testing every triangle of
+/// `occluders` in f64.
 fn by_triangles(
     (scene, occluders): (&SceneDescription, &SceneDescription),
     side: u32,
@@ -176,7 +179,7 @@ fn by_triangles(
         .collect()
 }
 
-/// How many pixels differ by more than rounding.
+/// Counts the pixels that differ by more than rounding.
 ///
 /// Ends of intervals agree to 1e-9 of a line (see the tests of `linelit-visibility`); the light
 /// along a line is at most a hundredfold its mean in these scenes, whose points are no nearer to
@@ -189,7 +192,7 @@ fn differing(fast: &[DVec3], slow: &[DVec3]) -> usize {
     fast.iter().zip(slow).filter(differ).count()
 }
 
-/// The fast queries against every triangle in f64, line by line the same samples.
+/// The fast queries agree with tests of every triangle in f64, with the same samples.
 fn brute(scene_name: &str, side: u32, lines: u32) {
     const SEED: u64 = 5;
     let mut scene = strict().load(scene_name).unwrap().scene;
@@ -202,8 +205,8 @@ fn brute(scene_name: &str, side: u32, lines: u32) {
     assert_eq!(failed, 0, "{scene_name}: {failed} pixels of {lit} differ");
 }
 
-/// What the comparison would find: a millionth of the light too much at one pixel, other lines, and
-/// a scene that has lost one of its five hundred triangles.
+/// The comparison detects a millionth of the light too much at one pixel, other lines, and a scene
+/// that lacks one of its five hundred triangles.
 #[test]
 fn brute_force_has_power() {
     let (side, lines) = (16, 16);

@@ -1,4 +1,5 @@
-//! Files that are whole or absent, and on the disk when it is said that they are.
+//! Durable files: a file is either complete or absent, and it is on the disk when a function says
+//! that it was written.
 #![allow(clippy::disallowed_methods, reason = "a plan is a folder of files")]
 
 use crate::PlanError;
@@ -7,15 +8,16 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+/// The number of temporary files that this process has created.
 static SERIAL: AtomicU64 = AtomicU64::new(0);
 
-/// Tries whether files can be written to a folder.
+/// Tests whether files can be written to a folder.
 pub(crate) fn check_writable(folder: &Path) -> Result<(), PlanError> {
     let (path, _) = temporary(folder, "try")?;
     fs::remove_file(&path).map_err(PlanError::io(&path, "remove"))
 }
 
-/// A new file of a name that nobody else uses, which begins with a dot and ends in `.tmp`.
+/// Creates a file whose name no other process uses; it begins with a dot and ends in `.tmp`.
 fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
     loop {
         let (process, serial) = (std::process::id(), SERIAL.fetch_add(1, Ordering::Relaxed));
@@ -23,15 +25,15 @@ fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
         let mut options = OpenOptions::new();
         match options.write(true).create_new(true).open(&path) {
             Ok(file) => return Ok((path, file)),
-            // A process of another machine has our number, or one before us had it.
+            // A process on another machine has the same number, or an earlier process had it.
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
             Err(e) => return Err(PlanError::io(&path, "create")(e)),
         }
     }
 }
 
-/// Writes pieces one after the other to a file of another name, has it on the disk, and renames it:
-/// readers of `path` see the previous contents or all of the new ones.
+/// Writes pieces one after the other to a file of another name, flushes it to the disk, and renames
+/// it. Readers of `path` see either the previous contents or all of the new ones.
 pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -42,13 +44,14 @@ pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
         fs::rename(&temporary, path).map_err(PlanError::io(path, step))
     });
     if let Err(e) = renamed {
-        // Nothing more can be done about one that refuses to go.
+        // If the temporary file cannot be removed, it stays.
         let _ = fs::remove_file(&temporary);
         return Err(e);
     }
     sync_folder(folder).map_err(PlanError::io(folder, "flush the folder"))
 }
 
+/// Writes pieces to a file, and flushes it to the disk.
 fn fill(mut file: File, pieces: &[&[u8]]) -> io::Result<()> {
     for piece in pieces {
         file.write_all(piece)?;
@@ -56,20 +59,20 @@ fn fill(mut file: File, pieces: &[&[u8]]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Writes the names in a folder to the disk, where the system can.
+/// Flushes the names in a folder to the disk, where the system can.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
     }
     let unknown = [io::ErrorKind::InvalidInput, io::ErrorKind::Unsupported];
     match File::open(folder)?.sync_all() {
-        // Some file systems of networks do not know it.
+        // Some network file systems do not support it.
         Err(e) if unknown.contains(&e.kind()) => Ok(()),
         other => other,
     }
 }
 
-/// The bytes of a file, `None` if there is no such name.
+/// Returns the bytes of a file, or `None` if there is no such file.
 pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, PlanError> {
     match fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
@@ -78,12 +81,12 @@ pub(crate) fn read(path: &Path) -> Result<Option<Vec<u8>>, PlanError> {
     }
 }
 
-/// Makes a folder and those above it.
+/// Creates a folder and the folders above it.
 pub(crate) fn make_folder(path: &Path) -> Result<(), PlanError> {
     fs::create_dir_all(path).map_err(PlanError::io(path, "create the folder"))
 }
 
-/// The names in a folder; none if it is not there.
+/// Returns the names in a folder; none if the folder does not exist.
 pub(crate) fn names(folder: &Path) -> Result<Vec<String>, PlanError> {
     let failed = || PlanError::io(folder, "list the folder");
     let entries = match fs::read_dir(folder) {

@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! The errors of plans.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,21 +6,21 @@ use std::path::{Path, PathBuf};
 /// An error of the function that computes units.
 pub type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a plan could not be made, read, run or merged.
+/// The reason why a plan could not be made, read, run or merged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The system refused.
+    /// The operating system reported an error.
     #[error("cannot {step} {}: {error}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
         /// The step that was tried, as a verb.
         step: &'static str,
-        /// Why not.
+        /// The system's error.
         error: io::Error,
     },
-    /// A file is there and is not what was written.
+    /// A file exists but does not have the contents that were written.
     #[error("{} is broken: {reason}", path.display())]
     Broken {
         /// The file.
@@ -36,10 +36,10 @@ pub enum PlanError {
     Another {
         /// The folder.
         path: PathBuf,
-        /// What differs, the value of the plan that is there first.
+        /// The differences; the values of the existing plan come first.
         differs: String,
     },
-    /// Something differs from what was planned; the text says what.
+    /// Something differs from what was planned, as the text says.
     #[error("{0}")]
     Refused(String),
     /// A unit could not be computed.
@@ -49,20 +49,22 @@ pub enum PlanError {
         number: u32,
         /// The name of the unit.
         name: String,
-        /// Why not.
+        /// The error of the function that computes units.
         error: BoxError,
     },
-    /// Work was stopped from outside; what is done is kept.
+    /// The work was stopped from outside; finished units are stored.
     #[error("interrupted")]
     Interrupted,
 }
 
 impl PlanError {
+    /// Returns a function that makes this error of a system's error.
     pub(crate) fn io(path: &Path, step: &'static str) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         move |error| Self::Io { path, step, error }
     }
 
+    /// Returns the error that a file is broken.
     pub(crate) fn broken(path: &Path, reason: impl Into<String>) -> Self {
         Self::Broken {
             path: path.to_owned(),
@@ -70,8 +72,9 @@ impl PlanError {
         }
     }
 
-    /// Whether the same call may succeed later without a change of plan or program: the disk is
-    /// full, the file system does not answer, work was stopped. (Programs end with status 75 then.)
+    /// Returns whether the same call may succeed later without a change of plan or program: the
+    /// disk is full, the file system does not answer, or the work was stopped. (Programs exit with
+    /// status 75 then.)
     #[must_use]
     pub fn is_temporary(&self) -> bool {
         use io::ErrorKind as Kind;

@@ -1,4 +1,4 @@
-//! The folder of a plan.
+//! The folder of a plan: it holds the plan itself and one file, the part, for each finished unit.
 
 use crate::durable::{self, make_folder, names, read};
 use crate::part::{self, Digest, digest, hex};
@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 /// The units that a plan still lacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Missing {
-    /// Units without a part.
+    /// The units without a part.
     pub absent: Vec<u32>,
-    /// Units whose part is broken, and what is wrong with it.
+    /// The units whose part is broken, and what is wrong with it.
     pub broken: Vec<(u32, String)>,
 }
 
 impl Missing {
-    /// Whether nothing is missing.
+    /// Returns whether no unit is missing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.absent.is_empty() && self.broken.is_empty()
@@ -28,11 +28,11 @@ impl Missing {
     }
 }
 
-/// Names within the folder.
+/// The names of the plan and of the folder of parts.
 const PLAN: &str = "plan.json";
 const PARTS: &str = "parts";
 
-/// The folder of a plan: `plan.json`, and what is done in `parts/`.
+/// The folder of a plan: `plan.json`, and the results of finished units in `parts/`.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -41,18 +41,19 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder of a plan. If it is there with the same plan, it is opened: what is done in
-    /// it stays.
+    /// Creates the folder of a plan. If it exists and has the same plan, it is opened, and finished
+    /// units stay.
     ///
     /// # Errors
-    /// If the folder holds another plan, which is said with what differs, or anything else; or
+    /// If the folder holds another plan (the error states the differences) or other files, or
     /// cannot be written.
     pub fn create(path: &Path, plan: &Plan) -> Result<Self, PlanError> {
+        // Refuse a folder with another plan or other files. Two plans are the same if their texts
+        // are, so that no value has to survive being written and read.
         let (text, digest) = plan.text()?;
         let file = path.join(PLAN);
         let there = read(&file)?;
         match &there {
-            // A plan is its text: nothing has to survive being written and read.
             Some(there) if there == text.as_bytes() => {}
             Some(there) => {
                 return Err(PlanError::Another {
@@ -62,6 +63,7 @@ impl Folder {
             }
             None => refuse_others(path)?,
         }
+        // Write the plan.
         make_folder(&path.join(PARTS))?;
         if there.is_none() {
             durable::write(&file, &[text.as_bytes()])?;
@@ -76,7 +78,7 @@ impl Folder {
     /// Opens the folder of a plan.
     ///
     /// # Errors
-    /// If there is none, or its text is not what was written.
+    /// If there is no plan, or its text is not the one that was written.
     pub fn open(path: &Path) -> Result<Self, PlanError> {
         let Some(bytes) = read(&path.join(PLAN))? else {
             return Err(PlanError::Refused(format!(
@@ -87,6 +89,7 @@ impl Folder {
         Self::of(path, &bytes)
     }
 
+    /// Opens a folder whose plan has this text.
     fn of(path: &Path, bytes: &[u8]) -> Result<Self, PlanError> {
         let file = path.join(PLAN);
         let text = str::from_utf8(bytes).map_err(|e| PlanError::broken(&file, e.to_string()))?;
@@ -98,28 +101,28 @@ impl Folder {
         })
     }
 
-    /// The plan.
+    /// Returns the plan.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The plan's digest, in hexadecimal digits.
+    /// Returns the plan's digest in hexadecimal digits.
     #[must_use]
     pub fn hash(&self) -> String {
         hex(&self.digest)
     }
 
-    /// That this is the program that made the plan.
+    /// Checks that the plan was made by this program.
     ///
     /// # Errors
-    /// [`PlanError::Refused`], which says both versions.
+    /// [`PlanError::Refused`], which states both versions.
     pub fn check_program(&self, program: &str) -> Result<(), PlanError> {
         if self.plan.program == program {
             return Ok(());
@@ -132,23 +135,24 @@ impl Folder {
         )))
     }
 
-    /// The number of units.
+    /// Returns the number of units.
     #[must_use]
     pub fn units(&self) -> u32 {
         u32::try_from(self.plan.units.len()).unwrap_or(u32::MAX)
     }
 
+    /// Returns the path of the folder of parts.
     fn parts(&self) -> PathBuf {
         self.path.join(PARTS)
     }
 
-    /// The file of a unit's part.
+    /// Returns the path of a unit's part.
     #[must_use]
     pub fn part_path(&self, number: u32) -> PathBuf {
         self.parts().join(part_name(number))
     }
 
-    /// The digest of a unit: of its number and all that is said of it.
+    /// Returns the digest of a unit, which covers the plan, the unit's number, name and work.
     fn unit_digest(&self, number: u32) -> Digest {
         let unit = self.plan.units.get(number as usize);
         let (name, work) = unit.map_or(("", ""), |u| (&u.name, &u.work));
@@ -162,11 +166,11 @@ impl Folder {
         ])
     }
 
-    /// Returns the result computed for a unit; `None` if there is none.
+    /// Returns the result that was computed for a unit, or `None` if there is none.
     ///
     /// # Errors
-    /// [`PlanError::Broken`] if the file is not that of this unit or not whole, and if it cannot be
-    /// read.
+    /// [`PlanError::Broken`] if the file belongs to another unit or is incomplete, and
+    /// [`PlanError::Io`] if it cannot be read.
     pub fn part(&self, number: u32) -> Result<Option<Vec<u8>>, PlanError> {
         let path = self.part_path(number);
         let Some(bytes) = read(&path)? else {
@@ -178,17 +182,17 @@ impl Folder {
             .map_err(|reason| PlanError::broken(&path, reason))
     }
 
-    /// Writes a part: on the disk when this returns, in place of what was there.
+    /// Writes a part, replacing an existing one. It is on the disk when this returns.
     pub(crate) fn write_part(&self, number: u32, payload: &[u8]) -> Result<(), PlanError> {
         let (header, checksum) = part::frame(&self.digest, &self.unit_digest(number), payload);
         durable::write(&self.part_path(number), &[&header, payload, &checksum])
     }
 
-    /// Reads all parts in the order of their numbers, one at a time, and hands them on as long as
-    /// none is missing; says which are.
+    /// Reads all parts in the order of their numbers, and calls `each` with every one until a part
+    /// is missing. All parts are read, and the missing ones are returned.
     ///
     /// # Errors
-    /// If a file cannot be read, and what `each` fails with.
+    /// If a file cannot be read, or `each` fails.
     pub fn read_all(
         &self,
         mut each: impl FnMut(u32, Vec<u8>) -> Result<(), PlanError>,
@@ -210,17 +214,17 @@ impl Folder {
         Ok(missing)
     }
 
-    /// Tries whether parts can be written.
+    /// Tests whether parts can be written.
     ///
     /// # Errors
-    /// If not.
+    /// If they cannot be written.
     pub(crate) fn check_writable(&self) -> Result<(), PlanError> {
-        // Copied without its empty folders, perhaps.
+        // A copy of the folder may lack its empty subfolders.
         make_folder(&self.parts())?;
         durable::check_writable(&self.parts())
     }
 
-    /// The numbers of the units that have a part, which is not read.
+    /// Returns the numbers of the units that have a part; the parts are not read.
     pub(crate) fn done(&self) -> Result<Vec<u32>, PlanError> {
         let names = names(&self.parts())?.into_iter();
         let numbers = names.filter_map(|name| part_number(&name));
@@ -228,18 +232,18 @@ impl Folder {
     }
 }
 
-/// The name of a part.
+/// Returns the name of a part.
 fn part_name(number: u32) -> String {
     format!("{number:08}.part")
 }
 
-/// The number in the name of a part.
+/// Returns the number in the name of a part.
 fn part_number(name: &str) -> Option<u32> {
     let number = name.strip_suffix(".part")?.parse().ok()?;
     (part_name(number) == name).then_some(number)
 }
 
-/// Checks that a folder for a plan holds nothing else.
+/// Checks that a folder for a new plan contains no other files.
 fn refuse_others(path: &Path) -> Result<(), PlanError> {
     let begun = format!(".{PLAN}.");
     for name in names(path)? {

@@ -1,4 +1,4 @@
-//! The bytes of a part: what was computed, and for which unit of which plan.
+//! The format of parts: the result of a unit, and which unit of which plan it belongs to.
 //!
 //! | bytes | content |
 //! |---|---|
@@ -10,28 +10,29 @@
 
 use sha2::{Digest as _, Sha256};
 
+/// The first bytes of every part.
 const MAGIC: &[u8; 16] = b"linelit-part 2\n\n";
 
 /// A SHA-256 digest.
 pub(crate) type Digest = [u8; 32];
 
-/// Bytes of a part before its payload, and all beside it.
+/// The number of bytes before the payload, and of all bytes except the payload.
 const HEADER: usize = MAGIC.len() + 2 * size_of::<Digest>();
 const OVERHEAD: usize = HEADER + size_of::<Digest>();
 
-/// The digest of pieces, one after the other.
+/// Returns the digest of pieces, one after the other.
 pub(crate) fn digest(pieces: &[&[u8]]) -> Digest {
     let mut hasher = Sha256::new();
     pieces.iter().for_each(|piece| hasher.update(piece));
     hasher.finalize().into()
 }
 
-/// A digest, or a part of one, in hexadecimal digits.
+/// Returns a digest, or a part of one, in hexadecimal digits.
 pub(crate) fn hex(digest: &[u8]) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The SHA-256 digest of bytes in hexadecimal digits, as `sha256sum` prints it.
+/// Returns the SHA-256 digest of bytes in hexadecimal digits, as `sha256sum` prints it.
 ///
 /// ```
 /// let empty = linelit_plan::hash(b"");
@@ -42,14 +43,15 @@ pub fn hash(bytes: &[u8]) -> String {
     hex(&digest(&[bytes]))
 }
 
-/// The header of a part, and the checksum behind its payload.
+/// Returns the header of a part, and the checksum that follows its payload.
 pub(crate) fn frame(plan: &Digest, unit: &Digest, payload: &[u8]) -> (Vec<u8>, Digest) {
     let header = [&MAGIC[..], plan, unit].concat();
     let checksum = digest(&[&header, payload]);
     (header, checksum)
 }
 
-/// The payload of a part, if it is that of this unit and whole; or what is wrong with it.
+/// Returns the payload of a part if it is complete and belongs to this unit; otherwise what is
+/// wrong with it.
 pub(crate) fn payload(mut bytes: Vec<u8>, plan: &Digest, unit: &Digest) -> Result<Vec<u8>, String> {
     let Some(end) = bytes
         .len()
@@ -61,10 +63,11 @@ pub(crate) fn payload(mut bytes: Vec<u8>, plan: &Digest, unit: &Digest) -> Resul
             "it has {length} bytes, a part has {OVERHEAD} and more"
         ));
     };
-    // Before what it says is believed.
+    // Verify the checksum before any other byte is used.
     if digest(&[&bytes[..end]]) != bytes[end..] {
         return Err("its checksum is not that of its bytes".to_owned());
     }
+    // Compare the header with the plan and the unit.
     let (magic, digests) = bytes[..HEADER].split_at(MAGIC.len());
     if magic != MAGIC {
         return Err("it does not begin as a part does".to_owned());

@@ -1,4 +1,4 @@
-//! What a plan says, and its text.
+//! Plans and their text in `plan.json`, which ends with a digest of itself.
 
 use crate::PlanError;
 use crate::part::{Digest, digest, hex};
@@ -8,45 +8,46 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
-/// The number of this form of `plan.json`.
+/// The version of the format of `plan.json`.
 const FORMAT: u32 = 2;
 
-/// The text before the digest of everything above it, which ends the file.
+/// The text that precedes the digest at the end of the file.
 const SEAL: &str = "\n\"sha256\": \"";
 
-/// Work to be done: everything that its result depends on.
+/// Work to be done, with everything that its result depends on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// The program and its version: another may compute other bits.
+    /// The program and its version; another version may compute other bits.
     pub program: String,
     /// The kind of computation, such as `render`.
     pub kind: String,
-    /// The settings of that kind, every default spelled out: JSON.
+    /// The settings of that kind as JSON, including all defaults.
     #[serde(with = "raw")]
     pub settings: String,
-    /// Files that the work reads.
+    /// The files that the work reads.
     pub inputs: Vec<Input>,
-    /// The units, by their numbers.
+    /// The units, in the order of their numbers.
     pub units: Vec<Unit>,
 }
 
-/// A unit: what is computed at a time, by one process, and lost when that is killed.
+/// A unit of work, which one process computes as a whole. If the process is killed, the work on the
+/// unit is lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
     /// The name of the unit in messages.
     pub name: String,
-    /// A guess of what it costs, in seconds of one thread.
+    /// An estimate of its cost, in seconds of one thread.
     pub cost: f64,
-    /// Units before this one whose parts it reads (`Task::part`).
+    /// The earlier units whose parts it reads (`Task::part`).
     #[serde(default)]
     pub needs: Range<u32>,
-    /// The settings of the unit: JSON.
+    /// The settings of the unit as JSON.
     #[serde(with = "raw")]
     pub work: String,
 }
 
 impl Unit {
-    /// A unit that needs no other.
+    /// Creates a unit that needs no other.
     #[must_use]
     pub fn new(name: impl Into<String>, cost: f64, work: impl Into<String>) -> Self {
         Self {
@@ -58,11 +59,11 @@ impl Unit {
     }
 }
 
-/// Something that the work reads: a scene, with all files that it names.
+/// An input of the work, such as a scene, with all files that it was read from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
-    /// The name used when the plan was made.
+    /// The name by which the input is found.
     pub name: String,
     /// The files of the input, in the order in which they were first read.
     pub files: Vec<InputFile>,
@@ -81,7 +82,7 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// The name, length and digest of a file.
+    /// Returns the name, length and digest of a file.
     #[must_use]
     pub fn of(name: impl Into<String>, bytes: &[u8]) -> Self {
         Self {
@@ -93,15 +94,17 @@ impl InputFile {
 }
 
 impl Input {
-    /// That the files are still those of the plan.
+    /// Checks that the files are still the same as when the plan was made.
     ///
     /// # Errors
-    /// [`PlanError::Refused`], which names all that differ.
+    /// [`PlanError::Refused`], which names all files that differ.
     pub fn check(&self, found: &[InputFile]) -> Result<(), PlanError> {
+        // Look up the beginning of a file's digest.
         let find = |files: &[InputFile], name: &str| {
             let same = files.iter().find(|f| f.name == name);
             same.map(|f| f.sha256[..f.sha256.len().min(12)].to_owned())
         };
+        // Compare the files of either side with the other's.
         let mut differs = Vec::new();
         for file in self.files.iter().chain(found) {
             let text = match (find(&self.files, &file.name), find(found, &file.name)) {
@@ -125,7 +128,7 @@ impl Input {
     }
 }
 
-/// JSON text within JSON, kept as it is.
+/// Serializes JSON text within JSON without changing it.
 mod raw {
     use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer, ser::Error as _};
     use serde_json::value::RawValue;
@@ -142,15 +145,17 @@ mod raw {
 }
 
 impl Plan {
-    /// The text, and the digest of it.
+    /// Returns the text of the plan, and its digest.
     pub(crate) fn text(&self) -> Result<(String, Digest), PlanError> {
         self.check()?;
         let refused = |e: serde_json::Error| PlanError::Refused(format!("a plan's text: {e}"));
+        // Write the fields after the format's version.
         let fields = serde_json::to_string(self).map_err(refused)?;
         let mut text = format!(
             "{{\"linelit_plan\":{FORMAT},{},",
             &fields[1..fields.len() - 1]
         );
+        // Append the digest of this text.
         let seal = digest(&[text.as_bytes()]);
         text += &format!("{SEAL}{}\"}}\n", hex(&seal));
         Ok((text, seal))
@@ -174,7 +179,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Reads the text of a plan.
+    /// Reads the text of a plan, and verifies the digest at its end.
     pub(crate) fn read(text: &str, path: &Path) -> Result<(Self, Digest), PlanError> {
         let broken = |reason: String| PlanError::broken(path, reason);
         let Some((content, end)) = text.rsplit_once(SEAL) else {
@@ -190,7 +195,7 @@ impl Plan {
         Ok((plan, seal))
     }
 
-    /// The differences between two plans whose texts differ, in words.
+    /// Returns the differences between two plans whose texts differ, in words.
     pub(crate) fn difference(&self, other: &Self) -> String {
         let mut words = Vec::new();
         // Compare who made them, and with which settings.
@@ -233,7 +238,7 @@ impl Plan {
     }
 }
 
-/// The keys whose values differ, with both values.
+/// Returns the keys whose values differ, with both values.
 fn settings_difference(a: &str, b: &str) -> String {
     let object =
         |text: &str| -> BTreeMap<String, Value> { serde_json::from_str(text).unwrap_or_default() };

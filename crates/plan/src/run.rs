@@ -1,4 +1,9 @@
-//! Computing the remaining units of a plan.
+//! The computation of the remaining units of a plan.
+//!
+//! Each worker thread takes the next unit of the shard. A unit may need the parts of earlier units;
+//! if one is missing, it is computed first. Each unit has a lock, which the thread that computes it
+//! holds, so that no two threads of a process compute the same unit. As a unit needs only earlier
+//! ones, threads never wait in a circle.
 #![allow(clippy::disallowed_methods, reason = "units are computed on threads")]
 
 use crate::{BoxError, Folder, PlanError, Shard, Unit};
@@ -9,20 +14,20 @@ use std::{fmt, thread};
 /// The options of a process that takes part in a plan.
 #[derive(Clone, Copy)]
 pub struct Run<'a> {
-    /// The share of the units that is its own.
+    /// The units that the process computes.
     pub shard: Shard,
-    /// Units at a time, each on a thread of its own.
+    /// The number of units that are computed at the same time, each on a thread of its own.
     pub threads: usize,
-    /// Asked between units: whether to stop.
+    /// Returns whether to stop; it is called between units.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Asked before a unit without a part is begun: whether it is left out.
+    /// Returns whether a unit is left out; it is called before a unit without a part is begun.
     pub leave: &'a (dyn Fn(u32) -> bool + Sync),
-    /// Told what happens.
+    /// Is called with every event.
     pub note: &'a (dyn Fn(&Event<'_>) + Sync),
 }
 
 impl Default for Run<'_> {
-    /// Computes all units, one at a time, never stopped, without messages.
+    /// Computes all units, one at a time, without stopping and without messages.
     fn default() -> Self {
         Self {
             shard: Shard::ALL,
@@ -44,11 +49,11 @@ impl fmt::Debug for Run<'_> {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// A unit is computed.
+    /// The computation of a unit begins.
     Begun(&'a Unit),
     /// A unit's part was written.
     Done(&'a Unit),
-    /// A unit's part was there already.
+    /// A unit's part already existed.
     Found(&'a Unit),
     /// A unit's part is broken, as the text says, and is computed again.
     Broken(&'a Unit, &'a str),
@@ -57,15 +62,16 @@ pub enum Event<'a> {
 /// The numbers of units that a process computed, found and left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ran {
-    /// Units that it computed.
+    /// The units that it computed.
     pub computed: u32,
-    /// Units that it found done.
+    /// The units whose parts already existed.
     pub found: u32,
-    /// Units of other shards, and those that were left out, without a part when this process ended.
+    /// The units without a part when the process ended: units of other shards, and units that were
+    /// left out.
     pub elsewhere: u32,
 }
 
-/// A unit in hand, for who computes it.
+/// A unit that is being computed, as the function that computes it sees it.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     number: u32,
@@ -79,19 +85,19 @@ impl fmt::Debug for Task<'_> {
 }
 
 impl Task<'_> {
-    /// The unit's number.
+    /// Returns the unit's number.
     #[must_use]
     pub const fn number(&self) -> u32 {
         self.number
     }
 
-    /// The unit, as the plan has it.
+    /// Returns the unit in the plan.
     #[must_use]
     pub fn unit(&self) -> &Unit {
         self.runner.unit(self.number)
     }
 
-    /// Whether a unit was left out ([`Run::leave`]).
+    /// Returns whether a unit was left out ([`Run::leave`]).
     #[must_use]
     pub fn is_left_out(&self, number: u32) -> bool {
         let all = &self.runner.left_out;
@@ -99,7 +105,7 @@ impl Task<'_> {
             .is_some_and(|left| left.load(Ordering::Relaxed))
     }
 
-    /// The part of a unit that this one needs. If it is not there, it is computed first.
+    /// Returns the part of a unit that this one needs. If it does not exist, it is computed first.
     ///
     /// # Errors
     /// If it cannot be computed or read.
@@ -108,22 +114,24 @@ impl Task<'_> {
     }
 }
 
-/// Computes the remaining units of a plan, or of a shard: `work` computes the bytes of a unit's
-/// part. Existing parts are checked and never computed again; returns when its own units are done.
+/// Computes the remaining units of a plan, or of a shard of it, and returns when they are done;
+/// `work` computes the bytes of a unit's part. Existing parts are verified, and only broken ones
+/// are computed again.
 ///
-/// Two processes at once may compute the same unit twice, and the later one's part stays: its bytes
-/// must be a function of the plan alone, but for what nobody compares, such as times. `work` is
-/// called on threads of its own, several at a time.
+/// Two processes may compute the same unit at the same time; the later part replaces the earlier
+/// one. Its bytes must therefore be a function of the plan alone, except for values that are not
+/// compared, such as times. `work` is called on several threads at a time.
 ///
 /// # Errors
-/// The first thing that goes wrong: `work` fails, a part cannot be read or written. Then, and when
-/// it is told to stop ([`PlanError::Interrupted`]), units in hand are finished, and what is done
-/// stays.
+/// The first failure of `work`, or of reading or writing a part; [`PlanError::Interrupted`] if
+/// [`Run::stop`] stopped it. In both cases the units that are being computed are finished first,
+/// and finished parts stay.
 pub fn run(
     folder: &Folder,
     options: &Run<'_>,
     work: impl Fn(&Task<'_>) -> Result<Vec<u8>, BoxError> + Sync,
 ) -> Result<Ran, PlanError> {
+    // Set up the state that the threads share.
     folder.check_writable()?;
     let own = options.shard.units(folder.plan());
     let units = folder.plan().units.iter();
@@ -137,6 +145,7 @@ pub fn run(
         ran: Mutex::default(),
     };
     let next = AtomicUsize::new(0);
+    // Each thread takes the next unit, and stops at the first error.
     let worker = || {
         while let Some(number) = own.get(next.fetch_add(1, Ordering::Relaxed)) {
             if !folder.part_path(*number).exists() && (options.leave)(*number) {
@@ -153,6 +162,7 @@ pub fn run(
             workers.spawn(worker);
         }
     });
+    // Report the first error, or count what is done.
     if let Some(error) = locked(&runner.failed).take() {
         return Err(error);
     }
@@ -166,28 +176,35 @@ pub fn run(
 /// The function that computes parts.
 type Work<'a> = &'a (dyn Fn(&Task<'_>) -> Result<Vec<u8>, BoxError> + Sync);
 
+/// The state that the threads of a run share.
 struct Runner<'a> {
     folder: &'a Folder,
     options: &'a Run<'a>,
     work: Work<'a>,
-    /// A flag for each unit, locked by the thread that computes it: whether it was counted.
+    /// For each unit a flag whether it was counted. The thread that computes the unit holds the
+    /// lock.
     counted: Vec<Mutex<bool>>,
+    /// For each unit whether it was left out.
     left_out: Vec<AtomicBool>,
+    /// The first error.
     failed: Mutex<Option<PlanError>>,
+    /// The numbers so far.
     ran: Mutex<Ran>,
 }
 
 impl Runner<'_> {
+    /// Returns a unit of the plan.
     fn unit(&self, number: u32) -> &Unit {
         &self.folder.plan().units[number as usize]
     }
 
-    /// The part of a unit, which is computed if there is no valid one. A unit waits for those
-    /// before it alone, so that threads never wait in a circle.
+    /// Returns the part of a unit, which is computed if there is no valid one. A unit only waits
+    /// for units before it, so that threads never wait in a circle.
     fn part(&self, number: u32) -> Result<Vec<u8>, PlanError> {
         if locked(&self.failed).is_some() || (self.options.stop)() {
             return Err(PlanError::Interrupted);
         }
+        // Take the unit's lock, and read an existing part.
         let mut counted = locked(&self.counted[number as usize]);
         let unit = self.unit(number);
         let found = match self.folder.part(number) {
@@ -197,6 +214,7 @@ impl Runner<'_> {
             }
             other => other?,
         };
+        // Compute and write the part if there is none.
         let is_new = !std::mem::replace(&mut *counted, true);
         let event = found
             .as_ref()
@@ -209,6 +227,7 @@ impl Runner<'_> {
                 payload
             }
         };
+        // Count each unit once, however many other units need it.
         if is_new {
             let mut ran = locked(&self.ran);
             match event {
@@ -221,6 +240,7 @@ impl Runner<'_> {
         Ok(payload)
     }
 
+    /// Computes the part of a unit.
     fn compute(&self, number: u32) -> Result<Vec<u8>, PlanError> {
         let task = Task {
             number,
@@ -228,7 +248,7 @@ impl Runner<'_> {
         };
         (self.options.note)(&Event::Begun(task.unit()));
         (self.work)(&task).map_err(|error| match error.downcast::<PlanError>() {
-            // Of a unit that this one needs, or of a file that it read.
+            // An error of a unit that this one needs, or of a file that it read.
             Ok(error) => *error,
             Err(error) => PlanError::Work {
                 number,
@@ -238,7 +258,7 @@ impl Runner<'_> {
         })
     }
 
-    /// Keeps the first error; that others stopped for it is none.
+    /// Stores the first error. An interruption of other threads by that error does not replace it.
     fn fail(&self, error: PlanError) {
         let mut failed = locked(&self.failed);
         if matches!(*failed, None | Some(PlanError::Interrupted)) {
@@ -247,7 +267,8 @@ impl Runner<'_> {
     }
 }
 
-/// The value of a mutex. No thread leaves one half changed.
+/// Locks a mutex. Its value is valid even if a thread panicked, as no thread leaves one half
+/// changed.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,10 +1,11 @@
-//! Who does which units.
+//! Shards: the distribution of a plan's units among processes.
 
 use crate::{Plan, PlanError};
 use std::fmt;
 use std::str::FromStr;
 
-/// One of so many processes that share a plan; written `I/N`, from `1/N` to `N/N`.
+/// The number of a process among all processes that share a plan, and the number of these; written
+/// `I/N`, from `1/N` to `N/N`.
 ///
 /// ```
 /// use linelit_plan::Shard;
@@ -21,26 +22,28 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The shard of all units.
+    /// The only shard, which has all units.
     pub const ALL: Self = Self { index: 0, count: 1 };
 
-    /// The shard of an index below the count.
+    /// Creates the shard of an index from 0; `None` unless it is below the count.
     #[must_use]
     pub fn new(index: u32, count: u32) -> Option<Self> {
         (index < count).then_some(Self { index, count })
     }
 
-    /// The shard that a scheduler makes this process by numbering it (Slurm's job arrays, Indexed
-    /// Jobs of Kubernetes, array jobs of AWS Batch), and the variable of the environment that says
-    /// so. `get` reads a variable; `count` is how many processes there are, for schedulers that do
-    /// not say so. `None` if no scheduler says anything.
+    /// Returns the shard that a scheduler assigned to this process by numbering it (job arrays of
+    /// Slurm, Indexed Jobs of Kubernetes, array jobs of AWS Batch), and the name of the environment
+    /// variable that says so. `get` reads a variable; `count` is the number of processes, for
+    /// schedulers that do not state it. `None` if no scheduler numbered the process.
     ///
     /// # Errors
-    /// If a number is none, there is no count, or the indices are not consecutive.
+    /// If a variable is not a number, the number of processes is unknown, or the index is not below
+    /// it.
     pub fn from_environment(
         get: impl Fn(&str) -> Option<String>,
         count: Option<u32>,
     ) -> Result<Option<(Self, &'static str)>, PlanError> {
+        // Slurm's indices may begin anywhere and have steps.
         let number = |name: &str| -> Result<Option<u32>, PlanError> {
             let Some(text) = get(name) else {
                 return Ok(None);
@@ -50,6 +53,7 @@ impl Shard {
         };
         let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
         let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
+        // Take the first scheduler that gives an index.
         for (by, of, first, step) in [
             ("SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", first, step),
             ("JOB_COMPLETION_INDEX", "", 0, 1),
@@ -62,6 +66,7 @@ impl Shard {
         ] {
             let Some(id) = number(by)? else { continue };
             let index = id.saturating_sub(first) / step;
+            // The number of processes comes from the caller, or from the scheduler.
             let Some(all) = count.or(number(of)?) else {
                 return Err(PlanError::Refused(format!(
                     "{by} is {index}, and nothing says of how many: add --shards N"
@@ -78,12 +83,23 @@ impl Shard {
         Ok(None)
     }
 
-    /// The units of this shard, by their numbers. Units are dealt to all shards in the order of
-    /// their cost, to and fro, so that none has more than the others by more than one unit. The
-    /// same for everyone who asks.
+    /// Returns the numbers of the units of this shard, which are the same for every process.
+    ///
+    /// Units are dealt in the order of their cost, the most expensive first, to the shards from
+    /// first to last, then from last to first, and so on. So no shard costs more than another by
+    /// more than the most expensive unit:
+    ///
+    /// ```text
+    /// shard   1/3  2/3  3/3
+    /// cost      9    8    7
+    ///           4    5    6
+    ///           3    2    1
+    /// ```
     pub(crate) fn units(self, plan: &Plan) -> Vec<u32> {
+        // Sort by cost, then by number.
         let mut order: Vec<(u32, f64)> = (0..).zip(plan.units.iter().map(|u| u.cost)).collect();
         order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        // Take this shard's unit of each round; odd rounds run backwards.
         let rounds = order.chunks(self.count as usize).enumerate();
         let own = rounds.filter_map(|(round, dealt)| {
             let last = self.count - 1;
@@ -145,7 +161,7 @@ mod tests {
         assert_eq!(shard(&[], Some(4)).unwrap(), None);
         assert_eq!(slurm("0", "0", "1", "16").unwrap().unwrap(), "1/16");
         assert_eq!(slurm("17", "10", "7", "3").unwrap().unwrap(), "2/3");
-        // `--array=3,7`: no shard by its number.
+        // `--array=3,7`: the indices do not number the shards.
         assert!(slurm("7", "3", "1", "2").is_err());
         assert!(slurm("x", "3", "1", "2").is_err());
         let kubernetes = [("JOB_COMPLETION_INDEX", "5")];

@@ -1,4 +1,4 @@
-//! How far a plan is.
+//! The progress of a plan, which is found from the names and times of the files in its folder.
 #![allow(
     clippy::disallowed_methods,
     reason = "files say when they were written"
@@ -8,19 +8,19 @@ use crate::{Folder, PlanError};
 use std::fs;
 use std::time::{Duration, SystemTime};
 
-/// The progress of a plan, by the names in its folder.
+/// The progress of a plan, according to the names in its folder.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
-    /// Units in all.
+    /// The number of all units.
     pub units: u32,
-    /// Units that have a part, which is not read.
+    /// The number of units that have a part; the parts are not read.
     pub done: u32,
-    /// Guessed cost of all units, in seconds of one thread.
+    /// The estimated cost of all units, in seconds of one thread.
     pub cost: f64,
-    /// Guessed cost of those that are done.
+    /// The estimated cost of the units that are done.
     pub cost_done: f64,
-    /// Seconds of waiting that are left if work goes on as in the ten minutes before the last part;
-    /// `None` if too little is known.
+    /// The remaining seconds if work continues as in the ten minutes before the last part was
+    /// written; `None` if there are too few parts.
     pub seconds_left: Option<f64>,
 }
 
@@ -31,7 +31,7 @@ impl Folder {
     /// Returns the progress of the plan.
     ///
     /// # Errors
-    /// If the folder cannot be looked at.
+    /// If the folder or the times of its files cannot be read.
     pub fn status(&self) -> Result<Status, PlanError> {
         let mut status = Status {
             units: self.units(),
@@ -53,13 +53,14 @@ impl Folder {
     }
 }
 
-/// Guessed cost that was done a second in the last [`WINDOW`], by when parts were written.
+/// Returns the estimated cost that was done per second in the last [`WINDOW`], from the times at
+/// which parts were written.
 fn speed(mut written: Vec<(SystemTime, f64)>) -> Option<f64> {
     written.sort_by_key(|(time, _)| *time);
     let (last, _) = *written.last()?;
     let since = |then: SystemTime| last.duration_since(then).unwrap_or_default();
     let from = written.partition_point(|(time, _)| since(*time) > WINDOW);
-    // What was written first was begun before the time that is measured.
+    // The first part was begun before the measured time, so that its cost does not count.
     let (first, rest) = written[from..].split_first()?;
     let cost: f64 = rest.iter().map(|(_, cost)| cost).sum();
     let seconds = since(first.0).as_secs_f64();

@@ -1,4 +1,5 @@
-//! Convergence studies of any estimator: measuring, fits, plots and reports.
+//! This crate runs convergence studies of any estimator: it measures errors and times, fits orders
+//! of convergence, draws plots and writes reports.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -17,13 +18,14 @@ pub mod tables;
 // What public signatures name, so that one dependency is enough.
 pub use {linelit_film as film, linelit_geometry as geometry};
 
-/// Version of linelit, for metadata.
+/// Returns the version of linelit, which reports and tables state.
 #[must_use]
 pub fn version() -> String {
     env!("CARGO_PKG_VERSION").to_owned()
 }
 
-/// A short name of a scene for tables: the stem of its file, or the name itself.
+/// Returns a short name of a scene for tables: the stem of its file name, or the whole name if it
+/// is not a path.
 #[must_use]
 pub fn short_name(name: &str) -> String {
     let stem = std::path::Path::new(name)

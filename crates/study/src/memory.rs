@@ -1,13 +1,13 @@
-//! How much memory there is, asked before much of it is taken.
+//! Checks of the available memory, which are made before much memory is taken.
 #![allow(clippy::disallowed_methods, reason = "the system says it in files")]
 
 use anyhow::{Result, bail};
 use linelit_film::Tile;
 use std::fs;
 
-/// Refuses what takes more bytes than are available, with both numbers; to be asked on a thread of
-/// the pool that will do the work. Where the system does not
-/// say what is available, nothing is refused.
+/// Refuses work that takes more bytes than are available; the error states both numbers. Call it on
+/// a thread of the pool that will do the work. Where the system does not report the available
+/// memory, all work is accepted.
 ///
 /// # Errors
 /// If `bytes` are not available.
@@ -22,22 +22,25 @@ pub fn check(what: &str, bytes: u64) -> Result<()> {
     }
 }
 
-/// Bytes that this process may still take: the least of what the system has (Linux) and what its
-/// limit on addresses leaves (`ulimit -v`).
+/// Returns the number of bytes that this process may still take: the lesser of the system's
+/// available memory (Linux) and what the limit on the address space leaves (`ulimit -v`). `None` if
+/// neither is known.
 #[must_use]
 pub fn available() -> Option<u64> {
     [system(), addresses()].into_iter().flatten().min()
 }
 
+/// Returns the available memory of the system in bytes.
 fn system() -> Option<u64> {
     kib(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|n| n << 10)
 }
 
-/// Addresses that the allocator (glibc's) sets aside for each thread.
+/// The addresses, in bytes, that glibc's allocator reserves for each thread.
 #[cfg(unix)]
 const ADDRESSES_OF_THREAD: u64 = 64 << 20;
 
-/// Bytes that the limit on addresses leaves, if there is one.
+/// Returns the number of bytes that the limit on the address space leaves, if there is such a
+/// limit.
 #[cfg(unix)]
 fn addresses() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
@@ -52,14 +55,14 @@ fn addresses() -> Option<u64> {
     None
 }
 
-/// The number of KiB behind a key of `/proc/PID/status` or `/proc/meminfo`.
+/// Returns the number of KiB behind a key of `/proc/PID/status` or `/proc/meminfo`.
 #[must_use]
 pub fn kib(text: &str, key: &str) -> Option<u64> {
     let line = text.lines().find_map(|l| l.strip_prefix(key))?;
     line.split_ascii_whitespace().next()?.parse().ok()
 }
 
-/// Bytes for people: `523.4 MiB`.
+/// Formats a number of bytes for people: `523.4 MiB`.
 #[must_use]
 pub fn size(bytes: u64) -> String {
     const UNITS: [&str; 6] = ["KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
@@ -72,15 +75,15 @@ pub fn size(bytes: u64) -> String {
     format!("{number:.1} {}", UNITS[unit])
 }
 
-/// Bytes that a pixel takes while a picture is rendered and written: 12 of the image, and as many
-/// of the file's text beside its values, or of those beside the image.
+/// The bytes that a pixel takes while a picture is rendered and written: 12 of the image, and at
+/// most 12 more of buffers.
 const BYTES_PER_PIXEL: u64 = 24;
 
-/// Refuses a picture that does not fit into memory, with what else is kept of each pixel: so many
-/// bytes `beside` those of the picture.
+/// Refuses a picture that does not fit into memory. `beside` is the number of bytes of each pixel
+/// that are needed in addition to the picture's own.
 ///
 /// # Errors
-/// If the memory it takes is not available.
+/// If the memory for it is not available.
 pub fn check_picture(window: Tile, beside: u64) -> Result<()> {
     let (width, height) = (window.width(), window.height());
     let pixels = u64::from(width).saturating_mul(height.into());

@@ -1,18 +1,18 @@
-//! Which pixels a study looks at, and how that is written.
+//! The pixels that a study measures, and their notation on the command line.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// `WxH`.
+/// The resolution of an image, written `WxH`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Width in pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Height in pixels.
+    /// The height in pixels.
     pub height: u32,
 }
 
-/// The most pixels that an image may have.
+/// The largest number of pixels that an image may have.
 const MAX_PIXELS: u64 = 1 << 28;
 
 impl FromStr for Resolution {
@@ -33,12 +33,12 @@ impl FromStr for Resolution {
     }
 }
 
-/// The pixels that a study measures.
+/// The pixels that a study measures, written `WxH` or `x,y;x,y;…`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pixels {
     /// All pixels of an image of this resolution.
     Grid(Resolution),
-    /// Single pixels of the scene's own resolution.
+    /// Single pixels, at the scene's own resolution.
     List(Vec<[u32; 2]>),
 }
 

@@ -1,4 +1,5 @@
-//! The record of a study: from measurements to reports.
+//! The record of a study: results are added to it scene by scene, and it writes the tables, plots
+//! and report.
 
 use crate::engine::{CellResult, Method, Results};
 use crate::report::{Exhibits, Report, plot_files};
@@ -8,24 +9,24 @@ use crate::stats::student::central_probability;
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord, commit, cpu_name};
 use linelit_film::FilmError;
 
-/// An order of convergence that a paper reports.
+/// An order of convergence that a paper reports, for comparison with ours.
 #[derive(Clone, Debug)]
 pub struct PaperOrder {
-    /// Our scene.
+    /// The short name of the scene.
     pub scene: String,
-    /// Our estimator, as it prints itself.
+    /// The name of the estimator, as our estimators print themselves.
     pub estimator: String,
-    /// The pattern, as it prints itself.
+    /// The name of the sampling pattern, as our patterns print themselves.
     pub sampler: String,
     /// The order of the standard deviation.
     pub order: f64,
-    /// Figure or table of the paper.
+    /// The figure or table of the paper.
     pub source: String,
 }
 
 impl StudyRecord {
-    /// A record without results, which says what made it: linelit's version, commit, processor and
-    /// threads.
+    /// Creates a record without results. It states what made it: linelit's version and commit, the
+    /// processor and the number of threads.
     #[must_use]
     pub fn new(title: &str) -> Self {
         Self {
@@ -38,9 +39,9 @@ impl StudyRecord {
         }
     }
 
-    /// Adds the results on one scene: a row for each measurement, and an order for each method,
-    /// beside the papers'. `pixels` names the integrals that were looked at, for the column of that
-    /// name in `results.csv`.
+    /// Adds the results on one scene: a row for each measurement, and for each method an order of
+    /// convergence together with the papers' order. `pixels` names the pixels that were measured,
+    /// for the column of that name in `results.csv`.
     pub fn add<S>(
         &mut self,
         mut scene: SceneRecord,
@@ -49,6 +50,7 @@ impl StudyRecord {
         results: &Results,
         papers: &[PaperOrder],
     ) {
+        // Complete the scene's record by what the results say of the scene.
         let name = scene.scene.clone();
         scene.shading_points = results.integrals;
         scene.pixels = results.pixels;
@@ -56,6 +58,7 @@ impl StudyRecord {
         scene.reference_mse = results.reference.mse;
         scene.reference.clone_from(&results.reference.source);
         self.scenes.push(scene);
+        // Add a row for each measurement, and for each that was left out.
         self.rows.extend(results.cells.iter().map(|cell| ResultRow {
             scene: name.clone(),
             pixels: pixels.to_owned(),
@@ -68,13 +71,14 @@ impl StudyRecord {
             cell.scene.clone_from(&name);
             self.left_out.push(cell);
         }
+        // Fit an order for each method.
         for method in methods {
             let names = [&name, &method.estimator, &method.sampler];
             self.slopes.extend(slope(names, results, papers));
         }
     }
 
-    /// The processors that measured: the one of most rows first.
+    /// Returns the processors that the measurements ran on, the one with the most rows first.
     #[must_use]
     pub fn processors(&self) -> Vec<&str> {
         let mut found: Vec<(&str, usize)> = Vec::new();
@@ -88,8 +92,8 @@ impl StudyRecord {
         found.into_iter().map(|(name, _)| name).collect()
     }
 
-    /// Returns the record with the times on one processor alone: others become unknown, as times on
-    /// different processors are not compared.
+    /// Returns the record with the times on one processor only. The times on others become unknown,
+    /// since times on different processors are not compared.
     #[must_use]
     pub fn timed_on(&self, processor: &str) -> Self {
         let mut record = self.clone();
@@ -99,7 +103,8 @@ impl StudyRecord {
         record
     }
 
-    /// The least time to a root mean squared error by scene, estimator and pattern of a row.
+    /// Returns the least time in which the scene, estimator and sampler of a row reach this root
+    /// mean squared error.
     pub(crate) fn time_to(&self, of: &ResultRow, error: f64) -> Option<f64> {
         let own = self.rows.iter().filter(|r| {
             (&r.scene, &r.estimator, &r.sampler) == (&of.scene, &of.estimator, &of.sampler)
@@ -114,8 +119,8 @@ impl StudyRecord {
         least(curve, error)
     }
 
-    /// The files of a study, by name: its tables, `plots/*.svg` and `report.html`, which shows the
-    /// exhibits.
+    /// Returns the files of a study, by name: its tables, `plots/*.svg`, and `report.html`, which
+    /// shows the exhibits.
     ///
     /// # Errors
     /// [`FilmError`] if a number cannot be written as JSON.
@@ -132,8 +137,9 @@ impl StudyRecord {
 }
 
 impl ResultRow {
-    /// The bias over its standard error, and the probability of one as large without bias:
-    /// Student's, as the error is itself from few trials.
+    /// Returns the bias over its standard error, and the probability that it is at least as large
+    /// without a bias. The probability is Student's, because the standard error is itself estimated
+    /// from few trials.
     pub(crate) fn bias_test(&self) -> Option<[f64; 2]> {
         if self.bias.abs() <= 0.0 {
             return Some([0.0, 1.0]);
@@ -145,23 +151,26 @@ impl ResultRow {
     }
 }
 
-/// The fewest numbers of samples with noise that an order is fitted to where others have none.
+/// The least number of noisy measurements to which an order is fitted where other measurements of
+/// the method have no noise.
 const LEAST_NOISY: usize = 3;
 
-/// The order of the standard deviation of one estimator and pattern, from the spread of the trials
-/// (which needs no reference). What has no noise has no part in the fit; `None` where too little
-/// else is left, as of an estimator that changes to a closed form.
+/// Fits the order of the standard deviation of one estimator and sampler, from the spread of its
+/// trials (which needs no reference). Measurements without noise are left out of the fit; the
+/// result is `None` where too few others remain, as for an estimator that changes to a closed form.
 fn slope(
     [scene, estimator, sampler]: [&String; 3],
     results: &Results,
     papers: &[PaperOrder],
 ) -> Option<SlopeRow> {
+    // Find the measurements of the method that have noise.
     let of = |cell: &&CellResult| (&cell.row.estimator, &cell.row.sampler) == (estimator, sampler);
     let (noisy, noiseless): (Vec<_>, Vec<_>) =
         (results.cells.iter().filter(of)).partition(|cell| cell.row.variance > 0.0);
     if !noiseless.is_empty() && noisy.len() < LEAST_NOISY {
         return None;
     }
+    // Fit the order, and look up the paper's.
     let point = |cell: &CellResult| SlopePoint {
         samples: f64::from(cell.row.samples),
         trial_variances: cell.score.trial_variance.clone(),
@@ -204,7 +213,7 @@ mod tests {
             variance: 0.0,
             ..row(64, 1e-30, 100.0)
         };
-        // Below its standard error: nothing is read from it.
+        // Its error is below its standard error, so that it is ignored.
         let vague = ResultRow {
             mse_stderr: 1.0,
             ..row(1, 1e-20, 0.1)

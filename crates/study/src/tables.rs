@@ -1,4 +1,4 @@
-//! What a study found, as data: `results.csv`, `slopes.csv`, `results.json`.
+//! The tables of a study as data: `results.csv`, `slopes.csv`, `results.json`.
 //!
 //! Numbers are written so that reading them gives the same bits (the shortest such decimals); what
 //! is not a number is an empty field in CSV and `null` in JSON.
@@ -22,10 +22,10 @@ pub const RESULT_COLUMNS: &str = "scene,pixels,estimator,sampler,samples,trials,
 pub const SLOPE_COLUMNS: &str =
     "scene,estimator,sampler,n_min,n_max,order,ci_low,ci_high,paper_order";
 
-/// One estimator with one sampler and number of samples on one scene.
+/// The measurement of one estimator with one sampler and number of samples on one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ResultRow {
-    /// Short name of the scene.
+    /// The short name of the scene.
     pub scene: String,
     /// The pixels that were measured: `32x32`, or `x,y;x,y`.
     pub pixels: String,
@@ -33,69 +33,72 @@ pub struct ResultRow {
     pub estimator: String,
     /// The sampler, as on the command line.
     pub sampler: String,
-    /// Light samples of a shading point.
+    /// The number of light samples of a shading point.
     pub samples: u32,
-    /// Independent trials.
+    /// The number of independent trials.
     pub trials: u32,
-    /// Mean squared error of one estimate less the reference's own, linear radiance squared; 0
-    /// where that is negative.
+    /// The mean squared error of one estimate less the error of the reference, in linear radiance
+    /// squared; 0 where that is negative.
     pub mse: f64,
-    /// The standard error of `mse`, over the trials and by the reference's own.
+    /// The standard error of `mse`, from the spread over the trials and the error of the reference.
     pub mse_stderr: f64,
-    /// Mean relative squared error less the reference's own, ε = 1e-6; 0 where that is negative.
+    /// The mean relative squared error less the error of the reference, with ε = 1e-6; 0 where that
+    /// is negative.
     pub mrse: f64,
-    /// Mean squared distance of one estimate from the mean of its trials, which needs no reference;
-    /// zero where it is rounding alone: the estimator has no noise.
+    /// The mean squared distance of one estimate from the mean of its trials, which needs no
+    /// reference; zero where it is only rounding, that is, where the estimator has no noise.
     pub variance: f64,
-    /// Mean error.
+    /// The mean error.
     pub bias: f64,
-    /// The standard error of `bias`, over the trials, by the reference's own and by rounding.
+    /// The standard error of `bias`, from the spread over the trials, the error of the reference,
+    /// and rounding.
     pub bias_stderr: f64,
-    /// Processor seconds of one trial, without set-up.
+    /// The processor seconds of one trial, without set-up.
     pub cpu_seconds: f64,
-    /// The standard deviation of `cpu_seconds` over passes of 10 ms or more, whose mean it is.
+    /// The standard deviation of the time over passes of 10 ms or more; `cpu_seconds` is their
+    /// mean.
     pub cpu_error: f64,
-    /// Wall seconds of one trial, without set-up.
+    /// The wall seconds of one trial, without set-up.
     pub wall_seconds: f64,
-    /// Rays of all trials.
+    /// The number of rays of all trials.
     pub rays: u64,
-    /// Line queries of all trials.
+    /// The number of line queries of all trials.
     pub line_queries: u64,
-    /// Tests against nodes of the hierarchy.
+    /// The number of tests against nodes of the hierarchy, of all trials.
     pub node_tests: u64,
-    /// Tests against triangles.
+    /// The number of tests against triangles, of all trials.
     pub triangle_tests: u64,
-    /// Visible intervals.
+    /// The number of visible intervals that all trials found.
     pub intervals: u64,
-    /// The processor that the times were taken on; `several`, and no times, where no single one ran
-    /// all of it.
+    /// The processor on which the times were taken. It is `several`, and times are missing, where
+    /// no single one ran the whole measurement.
     pub processor: String,
 }
 
 /// The two kinds of estimators that a study compares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// Points alone.
+    /// Estimators that draw only points.
     Points,
-    /// Lines and closed forms, whatever else they draw.
+    /// All other estimators of linelit: lines and closed forms, possibly combined with points.
     Lines,
 }
 
 impl ResultRow {
-    /// Whether trials differ by rounding alone: the remaining error is the reference's, or
+    /// Returns whether trials differ only by rounding: any remaining error is the reference's, or
     /// bias.
     #[must_use]
     pub fn is_noiseless(&self) -> bool {
         self.trials > 1 && self.variance <= 0.0
     }
 
-    /// Whether it is of point samples: all techniques of its estimator draw points. Estimators that
-    /// are not linelit's are none, whatever their names begin with.
+    /// Returns whether all techniques of the estimator draw points. Estimators that are not
+    /// linelit's never count, whatever their names begin with.
     pub(crate) fn is_points(&self) -> bool {
         self.family() == Some(Family::Points)
     }
 
-    /// What its estimator does; `None` of one that is not linelit's.
+    /// Returns the kind of the estimator; `None` if it is not linelit's.
     pub(crate) fn family(&self) -> Option<Family> {
         let estimator: Estimator = self.estimator.parse().ok()?;
         let mut names = estimator.parts().iter().map(|part| part.technique.name());
@@ -105,19 +108,21 @@ impl ResultRow {
         }
     }
 
-    /// Whether the error is known: before the reference's own is taken off, no mean of squares is
-    /// below its standard error; what is says more of the reference.
+    /// Returns whether the error is known, that is, positive and at least its standard error. A
+    /// smaller one says more about the reference than about the estimator: without the correction
+    /// for the reference's error, no mean of squares is below its standard error.
     pub(crate) fn is_known(&self) -> bool {
         self.mse > 0.0 && !(self.mse < self.mse_stderr)
     }
 
-    /// Mean squared error times processor time, of which efficiency is the inverse.
+    /// Returns the mean squared error times the processor time, the inverse of efficiency.
     pub(crate) fn cost(&self) -> f64 {
         self.mse * self.cpu_seconds
     }
 
-    /// The row that efficiencies on a scene, 1/cost, are relative to: the most efficient points
-    /// with noise, or what else is most efficient where no points were measured.
+    /// Returns the row that efficiencies on a scene, 1/cost, are relative to: the most efficient
+    /// points with noise, or the most efficient of all estimators with noise where no points were
+    /// measured.
     pub(crate) fn unit_of_efficiency<'a>(rows: &'a [Self], scene: &str) -> Option<&'a Self> {
         let noisy = |r: &&Self| r.scene == scene && !r.is_noiseless() && r.is_known();
         let timed = rows.iter().filter(noisy).filter(|r| r.cpu_seconds > 0.0);
@@ -131,114 +136,115 @@ impl ResultRow {
 /// The order of convergence of one estimator with one sampler on one scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SlopeRow {
-    /// Short name of the scene.
+    /// The short name of the scene.
     pub scene: String,
     /// The estimator with its options.
     pub estimator: String,
     /// The sampler.
     pub sampler: String,
-    /// The order of the standard deviation with its 95 % interval, and the samples that it is of.
+    /// The order of the standard deviation with its 95 % interval, and the range of samples that it
+    /// was fitted to.
     #[serde(flatten)]
     pub fit: Order,
     /// The order that a paper reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
-    /// Figure or table of that paper (JSON only).
+    /// The figure or table of that paper (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
 }
 
-/// Size, set-up times and reference of a scene.
+/// The size, set-up times and reference of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SceneRecord {
-    /// Short name.
+    /// The short name.
     pub scene: String,
-    /// Triangles.
+    /// The number of triangles; zero for a problem that is not a scene.
     pub triangles: usize,
-    /// Pixels of the study.
+    /// The number of pixels of the study.
     pub pixels: usize,
-    /// Pixels whose ray meets something to shade.
+    /// The number of pixels whose ray meets a surface to shade.
     pub shading_points: usize,
-    /// Seconds to read the file.
+    /// The seconds to read the file.
     pub load_seconds: f64,
-    /// Seconds to build the hierarchy and the plan.
+    /// The seconds to build the hierarchy and the plan.
     pub build_seconds: f64,
-    /// Bytes of the hierarchy.
+    /// The bytes of the hierarchy.
     pub hierarchy_bytes: usize,
-    /// Mean over pixels and channels of the reference's square.
+    /// The mean over pixels and channels of the square of the reference.
     pub power: f64,
-    /// Mean squared error of the reference itself.
+    /// The mean squared error of the reference itself.
     pub reference_mse: f64,
-    /// Estimator and samples of the reference.
+    /// The estimator and samples of the reference.
     pub reference: String,
 }
 
-/// One picture of a gallery: what it cost, and how wrong it is.
+/// One picture of a gallery: its cost and its error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GalleryRow {
-    /// Short name of the scene.
+    /// The short name of the scene.
     pub scene: String,
     /// The estimator.
     pub estimator: String,
-    /// Samples at each shading point and light.
+    /// The number of samples at each shading point and light.
     pub samples: u32,
-    /// Processor seconds of the picture.
+    /// The processor seconds of the picture.
     pub cpu_seconds: f64,
-    /// Mean relative squared error less the reference's own; 0 where that is negative.
+    /// The mean relative squared error less the error of the reference; 0 where that is negative.
     pub mrse: f64,
 }
 
-/// A measurement that was left out because the time budget was spent.
+/// A measurement that was left out because the time budget was spent, or the study was interrupted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeftOutRow {
-    /// Short name of the scene.
+    /// The short name of the scene.
     pub scene: String,
     /// The estimator with its options.
     pub estimator: String,
     /// The sampler.
     pub sampler: String,
-    /// Light samples of a shading point.
+    /// The number of light samples of a shading point.
     pub samples: u32,
 }
 
-/// A whole study: what `results.json` holds.
+/// A whole study: the contents of `results.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StudyRecord {
-    /// Title.
+    /// The title.
     pub title: String,
-    /// The command that repeats it.
+    /// The command that repeats the study.
     pub command: String,
-    /// Version of linelit.
+    /// The version of linelit.
     pub version: String,
-    /// Commit of the sources, if known.
+    /// The commit of the sources, if known.
     pub commit: String,
-    /// The processor, or those that measured, where there are several.
+    /// The processor, or all processors that took measurements.
     pub cpu: String,
-    /// Threads that were used.
+    /// The number of threads that were used.
     pub threads: usize,
-    /// First seed.
+    /// The first seed.
     pub seed: u64,
-    /// Wall seconds of the whole study.
+    /// The wall seconds of the whole study.
     pub seconds: f64,
-    /// Everything else that was set.
+    /// All other settings.
     pub settings: BTreeMap<String, String>,
     /// The scenes, in order.
     pub scenes: Vec<SceneRecord>,
-    /// The rows of errors.
+    /// The measurements.
     pub rows: Vec<ResultRow>,
-    /// Whether the study was interrupted, and may be gone on with: what it had not measured by then
-    /// is in `left_out`.
+    /// Whether the study was interrupted and can be continued; `left_out` lists what it had not
+    /// measured by then.
     pub unfinished: bool,
-    /// Measurements that the time budget left out.
+    /// The measurements that were left out.
     pub left_out: Vec<LeftOutRow>,
-    /// The rows of orders of convergence.
+    /// The orders of convergence.
     pub slopes: Vec<SlopeRow>,
-    /// Pictures by several estimators.
+    /// The pictures by several estimators.
     pub gallery: Vec<GalleryRow>,
 }
 
 impl StudyRecord {
-    /// The files `results.csv`, `slopes.csv` and `results.json`: names and texts.
+    /// Returns the files `results.csv`, `slopes.csv` and `results.json`: names and texts.
     ///
     /// # Errors
     /// As [`StudyRecord::to_json`].
@@ -250,7 +256,7 @@ impl StudyRecord {
         ])
     }
 
-    /// A sentence for each scene of which measurements were left out.
+    /// Returns, for each scene of which measurements were left out, a sentence that lists them.
     #[must_use]
     pub fn left_out_sentences(&self) -> Vec<String> {
         let scenes = self.scenes.iter();
@@ -259,8 +265,10 @@ impl StudyRecord {
             .collect()
     }
 
-    /// The measurements of a scene that were left out, in a sentence.
+    /// Returns the sentence that lists the measurements of a scene that were left out, if there are
+    /// any.
     pub(crate) fn left_out_of(&self, scene: &str) -> Option<String> {
+        // List the numbers of samples by estimator and sampler.
         let mut series: Vec<(String, String)> = Vec::new();
         for cell in self.left_out.iter().filter(|cell| cell.scene == scene) {
             let name = format!("{} ({}) with ", cell.estimator, cell.sampler);
@@ -269,6 +277,7 @@ impl StudyRecord {
                 None => series.push((name, cell.samples.to_string())),
             }
         }
+        // Count all measurements of the scene.
         let of = |name: &str| name == scene;
         let left_out = self.left_out.iter().filter(|cell| of(&cell.scene)).count();
         let all = left_out + self.rows.iter().filter(|row| of(&row.scene)).count();
@@ -288,10 +297,10 @@ impl StudyRecord {
         })
     }
 
-    /// The text of `results.json`.
+    /// Returns the text of `results.json`.
     ///
     /// # Errors
-    /// [`FilmError::Invalid`] if serialisation fails, which no content of these fields makes it.
+    /// [`FilmError::Invalid`] if serialization fails, which it does for no content of these fields.
     pub fn to_json(&self) -> Result<String, FilmError> {
         let mut text = serde_json::to_string_pretty(self).map_err(invalid)?;
         text.push('\n');
@@ -299,7 +308,7 @@ impl StudyRecord {
     }
 }
 
-/// Some columns of rows, as CSV.
+/// Writes some columns of rows as CSV.
 fn csv<T: Serialize>(columns: &str, rows: &[T]) -> Result<String, FilmError> {
     let mut text = columns.to_owned() + "\n";
     for row in rows {
@@ -310,8 +319,8 @@ fn csv<T: Serialize>(columns: &str, rows: &[T]) -> Result<String, FilmError> {
     Ok(text)
 }
 
-/// A CSV field after RFC 4180, in quotes where it needs them; a real number as the shortest decimal
-/// that reads back as the same.
+/// Writes a CSV field after RFC 4180, in quotes where necessary. A real number is the shortest
+/// decimal that reads back as the same number.
 fn field(value: &Value) -> String {
     match value {
         Value::String(text) if text.contains([',', '"', '\n', '\r']) => {
@@ -323,16 +332,18 @@ fn field(value: &Value) -> String {
             Some(v) => format!("{v:e}"),
             None => n.to_string(),
         },
-        // What is no number is null.
+        // Infinities and NaN are null in JSON.
         _ => String::new(),
     }
 }
 
+/// Returns the error of a failed serialization.
 fn invalid(error: serde_json::Error) -> FilmError {
     FilmError::Invalid(error.to_string())
 }
 
-/// The processor's name where the system tells it (Linux), with the number of logical cores.
+/// Returns the processor's name where the system reports it (Linux), with the number of logical
+/// cores.
 #[must_use]
 pub fn cpu_name() -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -348,15 +359,16 @@ pub fn cpu_name() -> String {
     format!("{name} ({cores} logical cores)")
 }
 
+/// The commit that [`set_commit`] stored.
 static COMMIT: OnceLock<&str> = OnceLock::new();
 
-/// A program says at its start which commit it was built from; what it says first stays. This is
-/// for the whole process, as the program is.
+/// Stores the commit that the program was built from, for the whole process. A program calls this
+/// at its start; only the first call has an effect.
 pub fn set_commit(commit: &'static str) {
     COMMIT.get_or_init(|| commit);
 }
 
-/// Returns the commit set by [`set_commit`], for reports; `unknown` if none was.
+/// Returns the commit stored by [`set_commit`], for reports; `unknown` if there is none.
 #[must_use]
 pub fn commit() -> String {
     (*COMMIT.get().unwrap_or(&"unknown")).to_owned()

@@ -1,4 +1,4 @@
-//! Errors against a reference that is as wrong as what is held to it.
+//! Errors against a reference that is as noisy as the estimates that are compared with it.
 
 use linelit_geometry::DVec3;
 use linelit_study::engine::{Design, Job, Method, Problem, Results, Truth, measure};
@@ -6,8 +6,8 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
-/// Values from 1 to 2, estimated with normal noise of a standard deviation over the root of the
-/// samples; the key makes another study.
+/// Values from 1 to 2, estimated with normal noise whose standard deviation falls with the root of
+/// the samples. Another key gives another study.
 struct Noise {
     key: u64,
 }
@@ -51,7 +51,7 @@ const SIGMA: f64 = 0.1;
 const REFERENCE_SIGMA: f64 = 1.6;
 const VARIANCE: f64 = SIGMA * SIGMA / 4.0;
 
-/// A study by so many trials of a method with this standard deviation.
+/// Runs a study with this many trials of a method with this standard deviation.
 fn study(key: u64, trials: u32, sigma: f64) -> Results {
     let design = Design {
         reference_rounds: 1,
@@ -65,7 +65,7 @@ fn study(key: u64, trials: u32, sigma: f64) -> Results {
     })
 }
 
-/// Mean and standard error.
+/// Returns the mean and its standard error.
 fn mean(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -75,7 +75,7 @@ fn mean(values: &[f64]) -> (f64, f64) {
 
 const STUDIES: u64 = 400;
 
-/// The mean of many studies is the true error, not that of the reference on top of it.
+/// The mean over many studies is the true error, without the error of the reference.
 #[test]
 fn the_references_own_error_is_taken_off() {
     let studies: Vec<Results> = (0..STUDIES).map(|key| study(key, 8, SIGMA)).collect();
@@ -90,16 +90,16 @@ fn the_references_own_error_is_taken_off() {
     assert!((got - want).abs() < 4.5 * error, "{got} ± {error}, {want}");
     let (got, error) = score(|r| r.cells[0].score.mrse);
     assert!((got - mrse).abs() < 4.5 * error, "{got} ± {error}, {mrse}");
-    // It is as large as what is measured, and would be seen.
+    // The reference's error is as large as the measured one, and would be noticed.
     let (own, _) = score(|r| r.reference.mse);
     assert!(own > 0.9 * want && own > 20.0 * error, "{own}");
 }
 
-/// The standard error is that of the whole: mean errors divided by it have variance one.
+/// The standard error covers all of the error: mean errors divided by it have variance one.
 #[test]
 fn the_standard_error_knows_of_the_reference() {
-    // With 64 trials the spread over them is a fifth of it, so that its own t-distribution, of
-    // variance 63/61, does not show.
+    // With 64 trials, a fifth of it comes from the spread over trials, so that the t-distribution
+    // of that, of variance 63/61, does not show.
     let z = |key| {
         let score = &study(key, 64, SIGMA).cells[0].score;
         let want = COLOUR.length_squared() / 3.0 * VARIANCE;
@@ -111,12 +111,12 @@ fn the_standard_error_knows_of_the_reference() {
     let mean = |k: usize| squares.iter().map(|s| s[k]).sum::<f64>() / STUDIES as f64;
     // The mean of 400 χ²₁ has a standard error of √(2/400) = 0.071; 4.5 of them: α ≈ 7e-6.
     assert!((mean(0) - 1.0).abs() < 4.5 * 0.071, "{}", mean(0));
-    // The spread over trials alone says nothing of what all of them share.
+    // The spread over trials does not include the error that all trials share.
     assert!(mean(1) > 4.0, "{}", mean(1));
 }
 
-/// Biases divided by their standard errors have variance one, those of a method without noise,
-/// which differ from the reference by the reference's own error alone, too.
+/// Biases divided by their standard errors have variance one. This also holds for a method without
+/// noise, which differs from the reference only by the reference's error.
 #[test]
 fn the_standard_error_of_a_bias_knows_of_the_reference() {
     for (sigma, trials) in [(0.0, 8), (SIGMA, 64)] {
@@ -133,7 +133,7 @@ fn the_standard_error_of_a_bias_knows_of_the_reference() {
     }
 }
 
-/// What two closed forms differ by is rounding, and no bias of many standard errors.
+/// Two closed forms differ by rounding, which does not count as a bias of many standard errors.
 #[test]
 fn rounding_is_no_bias() {
     let problem = Noise { key: 1 };
@@ -153,7 +153,7 @@ fn rounding_is_no_bias() {
     assert!(z.abs() < 1e-3, "{z}");
 }
 
-/// An error far below the reference's is 0, and its standard error says what may be there.
+/// An error far below the reference's is reported as 0, and its standard error bounds it.
 #[test]
 fn what_the_reference_cannot_tell_is_zero() {
     let tiny = |key| {

@@ -1,4 +1,4 @@
-//! Somebody's own estimator is measured, fitted and reported.
+//! An estimator that is not linelit's is measured, fitted and reported.
 
 use linelit_geometry::DVec3;
 use linelit_study::engine::{
@@ -66,7 +66,7 @@ fn design() -> Design<bool> {
     }
 }
 
-/// The record of a study, and its files by name.
+/// Returns the record of a study, and its files by name.
 fn study(truth: &Truth<bool>) -> (StudyRecord, BTreeMap<String, Vec<u8>>) {
     let design = design();
     let results = measure(Job {
@@ -98,7 +98,7 @@ fn orders_are_those_of_the_theory() {
     // to √2·0.023/2.77 = 0.012. Five of those; small N bend a stratified curve by less than that.
     assert!((orders[0] + 0.5).abs() < 0.06, "{orders:?}");
     assert!((orders[1] + 1.5).abs() < 0.06, "{orders:?}");
-    // What was counted is 40 integrals · 24 trials · N samples.
+    // The work is 40 integrals · 24 trials · N samples.
     let rays: Vec<u64> = record.rows.iter().map(|r| r.rays).collect();
     assert_eq!(rays, [4, 4, 16, 16, 64, 64].map(|n| n * 40 * 24));
     let page = String::from_utf8(files["report.html"].clone()).unwrap();
@@ -111,8 +111,8 @@ fn orders_are_those_of_the_theory() {
     }
 }
 
-/// Estimators that are not linelit's are neither points nor lines, whatever their names are: not
-/// in the sentence on efficiency, nor in the table of points against lines.
+/// Estimators that are not linelit's count neither as points nor as lines, whatever their names
+/// are: not in the sentence on efficiency, and not in the table of points against lines.
 #[test]
 fn estimators_of_ones_own_are_not_called_points_or_lines() {
     let (record, _) = study(&Truth::Known(values()));
@@ -143,8 +143,8 @@ fn estimators_of_ones_own_are_not_called_points_or_lines() {
         assert!(!page.contains("best points"), "{names:?}");
         assert!(verdicts.is_empty(), "{verdicts:?}");
     }
-    // Next to linelit's, its points are what efficiency is relative to, and it has no part in the
-    // comparison of points and lines.
+    // If linelit's estimators are measured as well, efficiency is relative to linelit's points, and
+    // the other estimator has no part in the comparison of points and lines.
     let (page, verdicts) = with_names(["point-area", "mine"]);
     assert!(
         page.contains("best points, point-area (independent)"),
@@ -159,7 +159,7 @@ fn estimators_of_ones_own_are_not_called_points_or_lines() {
     );
 }
 
-/// The integrals of nobody.
+/// A problem without integrals.
 struct Nothing;
 
 impl Problem for Nothing {
@@ -271,7 +271,8 @@ fn a_contest_tells_which_error_comes_first() {
     assert!(curves[0].time_to(0.5 * stratified).is_none());
 }
 
-/// Times on two processors: most rows lead, the others stand apart, and none are compared.
+/// Times on two processors: the processor with most rows comes first, the other has a section of
+/// its own, and their times are not compared.
 #[test]
 fn processors_are_told_apart() {
     let (mut record, _) = study(&Truth::Known(values()));

@@ -1,4 +1,5 @@
-//! A study in pieces: whatever computes them, in any order, the results are those of one call.
+//! A study in units: the results equal those of one call, in whichever order and wherever the units
+//! are computed.
 
 use anyhow::{Context as _, bail};
 use linelit_geometry::DVec3;
@@ -11,10 +12,11 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::collections::BTreeMap;
 
-/// ∫ |x − k/n| over [0, 1] by independent samples, told to be so much work that it is cut.
+/// ∫ |x − k/n| over [0, 1] by independent samples. Its counters report so much work that the study
+/// is cut.
 struct Steps {
     integrals: usize,
-    /// Rays that each sample is said to take.
+    /// The number of rays that each sample reports.
     rays: u64,
 }
 
@@ -62,7 +64,7 @@ fn design() -> Design<u64> {
     }
 }
 
-/// All that does not depend on the machine, as bits.
+/// Returns all results that do not depend on the machine, as bits.
 fn bits(results: &Results) -> Vec<u64> {
     let mut all: Vec<u64> = vec![results.integrals as u64, results.left_out.len() as u64];
     all.extend([results.power, results.reference.mse].map(f64::to_bits));
@@ -83,7 +85,7 @@ fn bits(results: &Results) -> Vec<u64> {
     all
 }
 
-/// A problem, what it is held to, and what is measured on it.
+/// A problem, its true values, and the design of its study.
 struct Study {
     problem: Steps,
     truth: Truth<u64>,
@@ -91,7 +93,7 @@ struct Study {
 }
 
 impl Study {
-    /// A computed reference, and samples that are said to take so many rays each.
+    /// Creates a case with a computed reference, and with samples that report this many rays each.
     fn new(rays: u64) -> Self {
         let problem = Steps {
             integrals: 50,
@@ -112,7 +114,7 @@ impl Study {
         }
     }
 
-    /// What there is of the parts, put together in the order of the units.
+    /// Puts the existing parts together in the order of the units.
     fn gathered(&self, parts: &BTreeMap<usize, Vec<u8>>) -> Gathering<'_, Steps> {
         let units = self.job().units();
         let mut gathering = Gathering::new(self.job());
@@ -155,7 +157,7 @@ fn pieces_in_any_order_are_one_study() {
             };
             let results = measure(study.job());
             let whole = bits(&results);
-            // However it is cut, the sums are those of all integrals and trials.
+            // However the study is cut, the sums are over all integrals and trials.
             for cell in &results.cells {
                 assert_eq!(cell.row.rays, 50 * 5 * u64::from(cell.row.samples) * rays);
             }
@@ -208,7 +210,7 @@ fn units_cover_a_study_and_are_short() {
         }
         assert!(seen.iter().all(|n| *n == 1), "{rays}");
         assert!(rounds.values().all(|n| *n == 50), "{rounds:?}");
-        // As many as the work asks for.
+        // As many units as the work requires.
         assert_eq!(units.len() > 60, rays == 1_000_000, "{}", units.len());
     }
 }
@@ -217,7 +219,8 @@ fn units_cover_a_study_and_are_short() {
 #[test]
 fn the_reference_is_a_tenth_of_the_smallest_error() {
     // Replicates have 256 samples: 5 of them a variance of 1/80 of that with 16, which is enough.
-    // With 4,096 samples beside 4,096 four rounds of five replicates are needed for a twentieth.
+    // With 4,096 samples in both the study and its reference, four rounds of five replicates are
+    // needed for a twentieth of the variance.
     for (samples, rounds, enough) in [(16, 32, true), (4096, 32, true), (4096, 1, false)] {
         let design = Design {
             reference_rounds: rounds,

@@ -1,10 +1,10 @@
-//! How many random cases a property is tried on, and the seed of random loops.
+//! The number of random cases that a property is tried on, and the seeds of random loops.
 //!
-//! A property says what it costs: `cases(64)` is for one that runs a renderer, `cases(4000)` for
-//! one of a few multiplications. That number is for a usual run, for which proptest by itself takes
-//! [`USUAL`]; `PROPTEST_CASES` then scales all of them by the same factor, so that a long run is
-//! long for every property. `cargo xtask test --long` sets it to 4,096, sixteen times the usual,
-//! with a new `PROPTEST_RNG_SEED`.
+//! Each property states its number of cases according to its cost: `cases(64)` for one that runs a
+//! renderer, `cases(4000)` for one of a few multiplications. This is the number of a usual run;
+//! proptest's own default is [`USUAL`]. `PROPTEST_CASES` scales all of these numbers by the same
+//! factor, so that a long run is long for every property. `cargo xtask test --long` sets it to
+//! 4,096, sixteen times the usual number, with a new `PROPTEST_RNG_SEED`.
 //!
 //! ```
 //! use linelit_testkit::cases::{cases, rng};
@@ -20,27 +20,30 @@
 use crate::rng::SplitMix64;
 use proptest::test_runner::{Config, RngSeed};
 
-/// The number of cases that proptest takes by default; as `PROPTEST_CASES`, it changes nothing.
+/// The number of cases that proptest takes by default. With this value, `PROPTEST_CASES` changes
+/// nothing.
 pub const USUAL: u32 = 256;
 
-/// The number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES` /
-/// [`USUAL`], at least one.
+/// Returns the number of cases of a property that usually takes `usual`: `usual` × `PROPTEST_CASES`
+/// / [`USUAL`], at least one.
 #[must_use]
 pub fn cases(usual: u32) -> u32 {
-    // Proptest reads the variables; nobody else has to.
+    // Proptest reads the environment variables.
     scaled(usual, Config::default().cases)
 }
 
+/// Scales a number of cases by `cases` over [`USUAL`].
 fn scaled(usual: u32, cases: u32) -> u32 {
     let product = u64::from(usual) * u64::from(cases) / u64::from(USUAL);
     u32::try_from(product).unwrap_or(u32::MAX).max(1)
 }
 
-/// The seed of a test's own loop over random cases: `usual` itself in a usual run, the same every
-/// time; in a longer one, with more than [`USUAL`] cases and `PROPTEST_RNG_SEED`, one made of both.
+/// Returns the seed of a test's own loop over random cases. In a usual run it is `usual` itself,
+/// the same every time; in a longer run, with more than [`USUAL`] cases and `PROPTEST_RNG_SEED`, it
+/// is mixed from both.
 ///
-/// For what must hold in every case. A statistical test keeps its seed: it errs once in 1/α seeds,
-/// and would do so.
+/// Use it for properties that hold in every case. A statistical test must keep its seed: it fails
+/// by chance for one seed in 1/α, so that new seeds would sometimes make it fail.
 #[must_use]
 pub fn seed(usual: u64) -> u64 {
     let config = Config::default();
@@ -50,13 +53,13 @@ pub fn seed(usual: u64) -> u64 {
     }
 }
 
-/// Random numbers from that [`seed`].
+/// Returns random numbers from that [`seed`].
 #[must_use]
 pub fn rng(usual: u64) -> SplitMix64 {
     SplitMix64::new(seed(usual))
 }
 
-/// The seed of the stream `usual` in the run `run`.
+/// Mixes the seed of the stream `usual` with the seed of the run.
 fn mixed(usual: u64, run: u64) -> u64 {
     SplitMix64::new(run ^ SplitMix64::new(usual).next_u64()).next_u64()
 }

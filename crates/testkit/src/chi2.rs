@@ -7,20 +7,20 @@
 pub struct ChiSquare {
     /// Σ (observed − expected)² / expected over the pooled bins.
     pub statistic: f64,
-    /// Degrees of freedom: pooled bins − 1.
+    /// The degrees of freedom: pooled bins − 1.
     pub dof: usize,
     /// The probability of a statistic at least this large if the model holds.
     pub p_value: f64,
 }
 
-/// χ² test of `observed` counts against `expected` counts, bin by bin.
+/// Tests `observed` counts against `expected` counts, bin by bin.
 ///
 /// Bins whose expectation is below `min_expected` (5 by custom) are pooled, thinnest first, until
-/// each pool reaches it; a last thin pool joins the thinnest full bin. An observation in a bin with
-/// expectation exactly zero (or less, or NaN) refutes the model outright: p = 0. With fewer than
-/// two pools nothing can be tested: p = 1, dof = 0.
+/// each pool reaches it; if every single bin is below it, the last pool may not reach it. An
+/// observation in a bin with expectation exactly zero (or less, or NaN) refutes the model outright:
+/// p = 0. With fewer than two pools no test is possible: p = 1, dof = 0.
 ///
-/// The sums of both slices need not agree; the test then also sees the difference in total mass.
+/// The sums of both slices need not agree; the test then also detects the difference in total mass.
 ///
 /// ```
 /// use linelit_testkit::chi2::chi2_test;
@@ -36,10 +36,12 @@ pub fn chi2_test(observed: &[u64], expected: &[f64], min_expected: f64) -> ChiSq
         expected.len(),
         "one expectation for each bin"
     );
+    // An observation where none is possible.
     let refuted = observed
         .iter()
         .zip(expected)
         .any(|(&o, &e)| e.is_nan() || (o > 0 && e <= 0.0));
+    // Sum over the pools.
     let pools = pooled(observed, expected, min_expected);
     let statistic: f64 = pools.iter().map(|(o, e)| (o - e) * (o - e) / e).sum();
     let dof = pools.len().saturating_sub(1);
@@ -55,7 +57,8 @@ pub fn chi2_test(observed: &[u64], expected: &[f64], min_expected: f64) -> ChiSq
     }
 }
 
-/// Bins merged until each holds at least `min_expected`; (observed, expected) sums.
+/// Merges bins until each pool holds at least `min_expected`, and returns the sums (observed,
+/// expected).
 fn pooled(observed: &[u64], expected: &[f64], min_expected: f64) -> Vec<(f64, f64)> {
     let mut order: Vec<usize> = (0..expected.len()).filter(|&i| expected[i] > 0.0).collect();
     order.sort_by(|&i, &j| expected[i].total_cmp(&expected[j]));
@@ -69,17 +72,17 @@ fn pooled(observed: &[u64], expected: &[f64], min_expected: f64) -> Vec<(f64, f6
             (o, e) = (0.0, 0.0);
         }
     }
-    // Only reached with a remainder when even all bins together are thin, as bins come in ascending
-    // order.
+    // As bins come in ascending order, bins remain only if every single bin is thin.
     if e > 0.0 {
         pools.push((o, e));
     }
     pools
 }
 
-/// P(χ²_dof ≥ statistic) = Q(dof/2, statistic/2), the regularised upper incomplete gamma function.
+/// Returns P(χ²_dof ≥ statistic) = Q(dof/2, statistic/2), the regularized upper incomplete gamma
+/// function; one for `dof == 0`.
 ///
-/// One for `dof == 0`. Relative error below 1e-10 for p > 1e-100 (tested against closed forms).
+/// The relative error is below 1e-10 for p > 1e-100 (tested against closed forms).
 pub fn survival(statistic: f64, dof: usize) -> f64 {
     if dof == 0 || statistic <= 0.0 {
         return 1.0;
@@ -90,12 +93,13 @@ pub fn survival(statistic: f64, dof: usize) -> f64 {
     upper_gamma(0.5 * dof as f64, 0.5 * statistic)
 }
 
-/// Q(a, x): series for x < a + 1, Lentz's continued fraction beyond (Abramowitz & Stegun 6.5.29,
-/// 6.5.31).
+/// Computes Q(a, x): by a series for x < a + 1, by Lentz's continued fraction for larger x
+/// (Abramowitz & Stegun 6.5.29, 6.5.31).
 ///
-/// Iterations grow with √a only near x ≈ a; the bound of 100 000 is never reached for a < 10⁸.
+/// Iterations grow with √a only near x ≈ a; the limit of 100 000 is never reached for a < 10⁸.
 fn upper_gamma(a: f64, x: f64) -> f64 {
     let front = (a * x.ln() - x - puruspe::ln_gamma(a)).exp();
+    // 1 − Q by the series xᵃe⁻ˣ/Γ(a) Σ xᵏ/(a(a + 1)…(a + k)).
     if x < a + 1.0 {
         let (mut term, mut sum, mut k) = (1.0 / a, 1.0 / a, a);
         for _ in 0..100_000 {
@@ -108,6 +112,7 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
         }
         return (1.0 - front * sum).max(0.0);
     }
+    // The continued fraction.
     let mut b = x + 1.0 - a;
     let mut c = 1.0 / f64::MIN_POSITIVE;
     let mut d = 1.0 / b;
@@ -126,6 +131,7 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     (front * h).min(1.0)
 }
 
+/// Replaces zero by the smallest normal number, as Lentz's method requires.
 fn nonzero(x: f64) -> f64 {
     if x.abs() < f64::MIN_POSITIVE {
         f64::MIN_POSITIVE
@@ -134,10 +140,9 @@ fn nonzero(x: f64) -> f64 {
     }
 }
 
-/// The level each of `n` independent tests must use so that all together err with probability
-/// `alpha` (Šidák).
-///
-/// 1 − (1 − α)^(1/n), without cancellation. One test, or none, keeps `alpha`.
+/// Returns the level at which each of `n` independent tests must be made so that all together err
+/// with probability `alpha` (Šidák): 1 − (1 − α)^(1/n), computed without cancellation. For one
+/// test, or none, it is `alpha`.
 ///
 /// ```
 /// let each = linelit_testkit::chi2::sidak(0.01, 1000);

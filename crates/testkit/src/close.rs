@@ -1,9 +1,7 @@
-//! Comparing numbers, and saying by how much they differ.
+//! Comparisons of numbers, with messages that state how much they differ.
 
-/// Returns the number of steps between representable numbers from `a` to `b`: 0 when equal (and for
-/// ±0), 1 for neighbours.
-///
-/// `u64::MAX` when either is NaN.
+/// Returns the number of steps between representable numbers from `a` to `b`: 0 when they are equal
+/// (and for ±0), 1 for neighbours, `u64::MAX` when either is NaN.
 ///
 /// ```
 /// assert_eq!(linelit_testkit::close::ulps(1.0, 1.0 + f64::EPSILON), 1);
@@ -15,7 +13,7 @@ pub fn ulps(a: f64, b: f64) -> u64 {
     ordered(a).abs_diff(ordered(b))
 }
 
-/// A monotone map from f64 to integers with both zeros at 0.
+/// Maps f64 to integers monotonically, both zeros to 0.
 fn ordered(x: f64) -> i64 {
     let bits = x.to_bits();
     let magnitude = i64::try_from(bits & (u64::MAX >> 1)).expect("the sign bit is masked");
@@ -26,7 +24,8 @@ fn ordered(x: f64) -> i64 {
     }
 }
 
-/// `x` moved by `n` representable numbers (towards +∞ for n > 0), saturating at the infinities.
+/// Returns `x` moved by `n` representable numbers (towards +∞ for n > 0), saturating at the
+/// infinities.
 ///
 /// ```
 /// assert_eq!(linelit_testkit::close::nudge(1.0, -1), 1.0 - f64::EPSILON / 2.0);
@@ -41,7 +40,7 @@ pub fn nudge(x: f64, n: i64) -> f64 {
     if moved < 0 { -magnitude } else { magnitude }
 }
 
-/// Whether |got − want| ≤ tolerance. Equal infinities are close; NaN is close only to NaN.
+/// Returns whether |got − want| ≤ tolerance. Equal infinities are close; NaN is close only to NaN.
 pub fn is_close(got: f64, want: f64, tolerance: f64) -> bool {
     if got.is_nan() || want.is_nan() {
         return got.is_nan() && want.is_nan();
@@ -51,7 +50,8 @@ pub fn is_close(got: f64, want: f64, tolerance: f64) -> bool {
     same || (got - want).abs() <= tolerance
 }
 
-/// The message of a failed comparison: both numbers, absolute and scaled difference, ulps.
+/// Returns the message of a failed comparison: both numbers, the absolute and the scaled
+/// difference, and ulps.
 pub fn describe(got: f64, want: f64, tolerance: f64, scale: f64) -> String {
     let difference = (got - want).abs();
     format!(

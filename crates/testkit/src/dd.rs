@@ -17,7 +17,7 @@ use std::f64::consts;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::LazyLock;
 
-/// A number hi + lo.
+/// A double-double number hi + lo.
 ///
 /// ```
 /// use linelit_testkit::dd::Dd;
@@ -30,7 +30,7 @@ pub struct Dd {
     lo: f64,
 }
 
-/// π/2 in three parts, 159 bits.
+/// π/2 in three parts, 159 bits together.
 const HALF_PI: [f64; 3] = [
     consts::FRAC_PI_2,
     6.123_233_995_736_766e-17,
@@ -66,7 +66,8 @@ impl Dd {
         lo: 2.319_046_813_846_299_6e-17,
     };
 
-    /// a + b exactly (barring overflow).
+    /// Returns a + b exactly (barring overflow), by Knuth's TwoSum: `shadow` is the part of b that
+    /// the rounded sum contains, and the two differences are what rounding took from a and from b.
     pub fn sum(a: f64, b: f64) -> Self {
         let hi = a + b;
         let shadow = hi - a;
@@ -76,8 +77,8 @@ impl Dd {
         }
     }
 
-    /// a · b exactly (barring over- and underflow; by Dekker's split, so that no fused operation is
-    /// needed).
+    /// Returns a · b exactly (barring over- and underflow), by Dekker's split, which needs no fused
+    /// operation.
     pub fn product(a: f64, b: f64) -> Self {
         let (a1, a0) = split(a);
         let (b1, b0) = split(b);
@@ -88,17 +89,17 @@ impl Dd {
         }
     }
 
-    /// The leading part: the number rounded to `f64`.
+    /// Returns the leading part: the number rounded to `f64`.
     pub fn hi(self) -> f64 {
         self.hi
     }
 
-    /// The trailing part.
+    /// Returns the trailing part.
     pub fn lo(self) -> f64 {
         self.lo
     }
 
-    /// hi + lo normalised, for |hi| ≥ |lo|.
+    /// Returns hi + lo normalized, for |hi| ≥ |lo|.
     fn fast_sum(hi: f64, lo: f64) -> Self {
         let sum = hi + lo;
         Self {
@@ -107,7 +108,7 @@ impl Dd {
         }
     }
 
-    /// Multiplied by a power of two, exactly.
+    /// Multiplies by a power of two, exactly.
     fn scaled(self, power_of_two: f64) -> Self {
         Self {
             hi: self.hi * power_of_two,
@@ -115,12 +116,12 @@ impl Dd {
         }
     }
 
-    /// |x|.
+    /// Returns |x|.
     pub fn abs(self) -> Self {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// √x, by one Newton step from the rounded root; NaN for x < 0.
+    /// Returns √x, by one Newton step from the rounded root; NaN for x < 0.
     pub fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
             return if self.hi == 0.0 {
@@ -137,8 +138,9 @@ impl Dd {
         Self::fast_sum(root, rest.hi / (2.0 * root))
     }
 
-    /// (sin x, cos x), for |x| up to about 10⁶ (reduction by 159 bits of π/2).
+    /// Returns (sin x, cos x), for |x| up to about 10⁶ (reduction by 159 bits of π/2).
     pub fn sin_cos(self) -> (Self, Self) {
+        // Subtract multiples of π/2, and sum the series of what remains.
         let quarter = (self.hi / consts::FRAC_PI_2).round();
         let mut r = self;
         if quarter != 0.0 {
@@ -147,6 +149,7 @@ impl Dd {
             }
         }
         let (s, c) = (r.sin_series(), r.cos_series());
+        // Rotate by the quarter turns.
         match quarter.rem_euclid(4.0) {
             0.0 => (s, c),
             1.0 => (c, -s),
@@ -165,27 +168,28 @@ impl Dd {
         Self::alternating(self * self, 0)
     }
 
-    /// Σₖ (−y)ᵏ/(2k + first)!, by Horner from term 14 (|y| ≤ π²/16: the next is below 2⁻¹¹⁰).
+    /// Returns Σₖ (−y)ᵏ/(2k + first)!, by Horner's method from term 14 (for |y| ≤ π²/16 the next
+    /// term is below 2⁻¹¹⁰).
     fn alternating(y: Self, first: usize) -> Self {
         let inverse = &*INVERSE_FACTORIALS;
         let horner = |sum: Self, k: usize| inverse[2 * k + first] - sum * y;
         (0..14).rev().fold(inverse[28 + first], horner)
     }
 
-    /// sin x; see [`Dd::sin_cos`].
+    /// Returns sin x; see [`Dd::sin_cos`].
     pub fn sin(self) -> Self {
         self.sin_cos().0
     }
 
-    /// cos x; see [`Dd::sin_cos`].
+    /// Returns cos x; see [`Dd::sin_cos`].
     pub fn cos(self) -> Self {
         self.sin_cos().1
     }
 
-    /// The angle of the point (x, y) = (`x`, `self`) in (−π, π]; atan2(0, 0) = 0.
+    /// Returns the angle of the point (x, y) = (`x`, `self`) in (−π, π]; atan2(0, 0) = 0.
     ///
-    /// One correction of the `f64` angle θ by the sine of the rest, (y cos θ − x sin θ)/r: cubic
-    /// convergence.
+    /// The `f64` angle θ is corrected once by the sine of the remaining angle, (y cos θ − x sin
+    /// θ)/r, which converges cubically.
     pub fn atan2(self, x: Self) -> Self {
         if self.hi == 0.0 {
             return if x.hi < 0.0 { Self::PI } else { Self::ZERO };
@@ -194,7 +198,7 @@ impl Dd {
             return -(-self).atan2(x);
         }
         if x.hi < 0.0 {
-            // Near π a small y would drown in the f64 start; go by the supplement.
+            // Near π, a small y would be lost in the f64 start value: use the supplement.
             return Self::PI - self.atan2(-x);
         }
         let start = self.hi.atan2(x.hi);
@@ -203,18 +207,18 @@ impl Dd {
         Self::from(start) + rest
     }
 
-    /// arcsin x for |x| ≤ 1.
+    /// Returns arcsin x for |x| ≤ 1.
     pub fn asin(self) -> Self {
         self.atan2(((Self::ONE - self) * (Self::ONE + self)).sqrt())
     }
 
-    /// arccos x for |x| ≤ 1.
+    /// Returns arccos x for |x| ≤ 1.
     pub fn acos(self) -> Self {
         ((Self::ONE - self) * (Self::ONE + self)).sqrt().atan2(self)
     }
 
-    /// eˣ: reduction by ln 2 and 2⁻⁸, Taylor series of eˣ − 1, eight doublings. Zero below −745,
-    /// infinite above 710.
+    /// Returns eˣ: reduction by ln 2 and 2⁻⁸, Taylor series of eˣ − 1, eight doublings. It is zero
+    /// below −745 and infinite above 710.
     pub fn exp(self) -> Self {
         if self.hi > 709.7 || self.hi < -745.0 {
             return Self {
@@ -222,26 +226,28 @@ impl Dd {
                 lo: 0.0,
             };
         }
+        // Reduce the argument.
         let binary = (self.hi / consts::LN_2).round();
         let r = (self - Self::LN_2 * Self::from(binary)).scaled(1.0 / 256.0);
-        // |r| ≤ 0.00136: the term of r¹² is below 2⁻¹³⁰.
+        // r| ≤ 0.00136: the term of r¹² is below 2⁻¹³⁰.
         let inverse = &*INVERSE_FACTORIALS;
         let sum = (1..11)
             .rev()
             .fold(inverse[11], |sum, k| inverse[k] + sum * r);
+        // Double eight times: e²ʳ − 1 = 2(eʳ − 1) + (eʳ − 1)².
         let mut less_one = sum * r;
         for _ in 0..8 {
             less_one = less_one.scaled(2.0) + less_one * less_one;
         }
-        // In two steps, as 2^1024 is not a number.
+        // Scale by the power of two in two steps, as 2^1024 is not a number.
         let half = (0.5 * binary).floor();
         (Self::ONE + less_one)
             .scaled(half.exp2())
             .scaled((binary - half).exp2())
     }
 
-    /// ln x for x > 0: the area-tangent series near 1, elsewhere one Halley step from the `f64`
-    /// logarithm.
+    /// Returns ln x for x > 0, near 1 by the series of artanh, elsewhere by one Halley step from
+    /// the `f64` logarithm.
     pub fn ln(self) -> Self {
         if self.hi <= 0.0 {
             return Self {
@@ -254,6 +260,7 @@ impl Dd {
             };
         }
         if (self.hi - 1.0).abs() < 0.1 {
+            // ln x = 2 artanh((x − 1)/(x + 1)) = 2 (s + s³/3 + s⁵/5 + …).
             let s = (self - Self::ONE) / (self + Self::ONE);
             let y = s * s;
             let sum = (0..15)
@@ -267,7 +274,7 @@ impl Dd {
     }
 }
 
-/// Dekker's split into 26 + 27 bits.
+/// Splits a number into 26 + 27 bits (Dekker).
 fn split(a: f64) -> (f64, f64) {
     const FACTOR: f64 = 134_217_729.0; // 2^27 + 1
     let c = FACTOR * a;

@@ -1,4 +1,4 @@
-//! Folders for tests that write files.
+//! Temporary folders for tests that write files.
 #![allow(
     clippy::disallowed_methods,
     clippy::unwrap_used,
@@ -9,15 +9,15 @@ use std::fs;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// A folder among the system's temporary ones, which goes when it is dropped, with all in it.
+/// A folder in the system's temporary folder, which is deleted with its contents on drop.
 #[derive(Debug)]
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// A new folder of this process; the name tells it from those of other tests.
+    /// Creates a folder of this process; the name distinguishes it from the folders of other tests.
     ///
     /// # Panics
-    /// When the system makes none.
+    /// If the system cannot create it.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("linelit-{name}-{}", std::process::id()));
@@ -25,10 +25,10 @@ impl Folder {
         Self(path)
     }
 
-    /// The names in it, sorted.
+    /// Returns the names in it, sorted.
     ///
     /// # Panics
-    /// When the folder is gone, or a name is not UTF-8.
+    /// If the folder does not exist, or a name is not UTF-8.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.0).unwrap();
@@ -49,7 +49,7 @@ impl Deref for Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // What refuses to go is left to the system.
+        // If it cannot be deleted, it is left to the system.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

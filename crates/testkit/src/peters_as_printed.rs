@@ -1,17 +1,17 @@
-//! Peters' algorithms 1 and 2 as they are printed, in single precision: what `linelit-lights` is
-//! compared with in the table of its accuracy, and in the papers' figures.
+//! Peters' algorithms 1 and 2 as they are printed, in single precision. `linelit-lights` is
+//! compared with them in the table of its accuracy and in the papers' figures.
 #![allow(
     clippy::disallowed_methods,
     reason = "as it is printed, and as it was run"
 )]
 
 /// Samples a linear light in proportion to projected solid angle by Peters 2021, algorithms 1 and
-/// 2, word for word in `f32`, two iterations, with the interpolated clip of §3.2. The direction (of
-/// unit length but for rounding); `None` below the horizon.
+/// 2, word for word in `f32`, with two iterations and the interpolated clip of §3.2. Returns a
+/// direction (of unit length up to rounding), or `None` below the horizon.
 ///
-/// **Error**: none in exact arithmetic but 1.58e-5 in ξ; in `f32` the antiderivative of eq. 2
-/// cancels for lines that are short, far or nearly collinear with the shading point, until no digit
-/// is left (`docs/accuracy-lights.md`).
+/// **Error**: in exact arithmetic 1.58e-5 in ξ; in `f32` the antiderivative of eq. 2 cancels for
+/// lines that are short, far or nearly collinear with the shading point, until no digit is left
+/// (`docs/accuracy-lights.md`).
 #[must_use]
 pub fn sample_as_printed(p0: [f32; 3], p1: [f32; 3], n: [f32; 3], xi: f32) -> Option<[f32; 3]> {
     Line::new(p0, p1, n).map(|line| line.sample(xi))
@@ -33,12 +33,14 @@ pub struct Line {
 }
 
 impl Line {
-    /// Clips, and computes all that does not depend on ξ.
+    /// Clips the line to the horizon, and computes all values that do not depend on ξ; `None` if it
+    /// is below the horizon.
     #[must_use]
     pub fn new(p0: [f32; 3], p1: [f32; 3], n: [f32; 3]) -> Option<Self> {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let lerp =
             |a: [f32; 3], b: [f32; 3], t: f32| [0, 1, 2].map(|i| a[i] * (1.0 - t) + b[i] * t);
+        // Clip to the horizon.
         let (c0, c1) = (dot(n, p0), dot(n, p1));
         let (l0, l1) = match (c0 < 0.0, c1 < 0.0) {
             (true, true) => return None,
@@ -46,6 +48,8 @@ impl Line {
             (false, true) => (p0, lerp(p0, p1, c0 / (c0 - c1))),
             _ => (p0, p1),
         };
+        // The direction and length of the line, its distance 1/`inverse` from the shading point,
+        // and the sines of its ends.
         let e = [0, 1, 2].map(|i| l1[i] - l0[i]);
         let length = dot(e, e).sqrt();
         let s = e.map(|x| x / length);
@@ -55,6 +59,7 @@ impl Line {
         let l0s = along / dot(l0, l0).sqrt();
         let end = along + length;
         let l1s = end / (end * end + q2).sqrt();
+        // The normal along the line and towards it, and the antiderivative at both ends.
         let ns = dot(n, s);
         let nt = inverse * (dot(n, l0) - ns * along);
         let f0 = antiderivative(ns, nt, l0s);
@@ -72,14 +77,16 @@ impl Line {
         })
     }
 
-    /// The per-sample part: algorithm 2, and the direction.
+    /// Returns the direction for a random number: algorithm 2.
     #[must_use]
     pub fn sample(&self, xi: f32) -> [f32; 3] {
         let (ns, nt) = (self.ns, self.nt);
         let target = xi * self.total + self.f0;
+        // Start at a sine linear in ξ.
         let mut ws = (self.l0s + xi * (self.l1s - self.l0s)).clamp(-1.0, 1.0);
         let mut wt = (1.0 - ws * ws).sqrt();
         if (1e-5..=1.0 - 1e-5).contains(&xi) {
+            // Iterate twice.
             let mut alpha = ws.asin();
             for _ in 0..2 {
                 let n = ns * ws + nt * wt;
@@ -94,6 +101,7 @@ impl Line {
                 (ws, wt) = alpha.sin_cos();
             }
         }
+        // Convert the angle to a direction.
         let (a, b) = (ws - self.inverse * wt * self.along, self.inverse * wt);
         [0, 1, 2].map(|i| a * self.s[i] + b * self.l0[i])
     }

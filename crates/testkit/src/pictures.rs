@@ -1,6 +1,6 @@
-//! Pictures in files of formats that linelit reads and does not write.
+//! Picture files in formats that linelit reads and does not write.
 
-/// The bytes of a TGA file of 24 bits, not compressed, the top row first.
+/// Returns the bytes of a TGA file with 24 bits per pixel, uncompressed, with the top row first.
 ///
 /// ```
 /// let file = linelit_testkit::pictures::tga([1, 1], &[[1, 2, 3]]);
@@ -8,7 +8,7 @@
 /// ```
 ///
 /// # Panics
-/// If a side is longer than the format knows.
+/// If a side is longer than 65535, the format's limit.
 #[must_use]
 pub fn tga(size: [u32; 2], rgb: &[[u8; 3]]) -> Vec<u8> {
     let side = |n| {

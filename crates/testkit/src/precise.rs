@@ -1,9 +1,9 @@
-//! Real numbers of 77 digits (256 bits), for the few cases that must be beyond doubt, and of any
-//! other number.
+//! Real numbers of 77 digits (256 bits), or of any other number of bits, for the few cases that
+//! must be beyond doubt.
 //!
-//! A thin wrapper of `dashu-float`: correctly rounded arithmetic at a number of bits, exact
-//! conversion from `f64`, decimal text in and out. About 10⁴ times slower than `f64`; [`crate::dd`]
-//! is the fast sibling.
+//! They are a thin wrapper of `dashu-float`: correctly rounded arithmetic at a number of bits,
+//! exact conversion from `f64`, decimal text in and out. They are about 10⁴ times slower than
+//! `f64`; [`crate::dd`] is faster.
 
 use crate::real::Real;
 use dashu_float::round::mode::HalfEven;
@@ -28,10 +28,11 @@ type Big = FBig<HalfEven, 2>;
 pub struct Wide<const BITS: usize>(Big);
 
 impl<const BITS: usize> Wide<BITS> {
-    /// The number that decimal text means, e.g. `"2.05e-60462"`; far beyond the range of `f64`.
+    /// Reads the number of a decimal text, such as `"2.05e-60462"`, which may be far beyond the
+    /// range of `f64`.
     ///
     /// # Errors
-    /// The text itself when it is no number.
+    /// The text and the reason, if it is not a number.
     pub fn parse(text: &str) -> Result<Self, String> {
         let decimal = DBig::from_str(text).map_err(|e| format!("{text:?}: {e}"))?;
         Ok(Self(
@@ -42,7 +43,7 @@ impl<const BITS: usize> Wide<BITS> {
         ))
     }
 
-    /// |got − self| / max(|self|, scale) as `f64`: the scaled error of a computed `got`.
+    /// Returns |got − self| / max(|self|, scale) as `f64`: the scaled error of a computed `got`.
     pub fn scaled_error(&self, got: f64, scale: f64) -> f64 {
         let size = self.abs().to_f64().max(scale);
         if !got.is_finite() {

@@ -1,8 +1,8 @@
-//! Tests that `cargo xtask` also runs as programs, with arguments.
+//! Arguments of tests that `cargo xtask` also runs as programs.
 #![allow(clippy::disallowed_methods, reason = "reads what the test was given")]
 
-/// The arguments of a test: those that `cargo xtask` put into the variable `LINELIT_ARGUMENTS`, a
-/// line each, or `usual` where a test runner starts it.
+/// Returns the arguments of a test: the lines of the environment variable `LINELIT_ARGUMENTS`,
+/// which `cargo xtask` sets, or `usual` if a test runner starts it.
 #[must_use]
 pub fn arguments(usual: &[&str]) -> Vec<String> {
     match std::env::var("LINELIT_ARGUMENTS") {

@@ -1,5 +1,5 @@
-//! The public functions and types of a crate, read from its sources: a test that claims to call
-//! every one of them is held to it.
+//! The public functions and types of a crate, read from its sources, for tests that must call every
+//! one of them.
 #![allow(
     clippy::disallowed_methods,
     reason = "reads the sources that a test is held to"
@@ -7,8 +7,9 @@
 
 use std::path::{Path, PathBuf};
 
-/// Names of the public functions and types in the `.rs` files under a folder, each with its file:
-/// what follows `pub fn`, `pub const fn`, `pub struct` or `pub enum` at the beginning of a line.
+/// Returns the names of the public functions and types in the `.rs` files under a folder, each with
+/// its file: the names that follow `pub fn`, `pub const fn`, `pub struct` or `pub enum` at the
+/// beginning of a line.
 ///
 /// # Panics
 /// If the folder or a file cannot be read.
@@ -29,6 +30,7 @@ pub fn functions(folder: &Path) -> Vec<(PathBuf, String)> {
     out
 }
 
+/// Returns the names of public functions and types in a text.
 fn names(text: &str) -> impl Iterator<Item = String> + '_ {
     text.lines().filter_map(|line| {
         let line = line.trim_start();
@@ -40,9 +42,9 @@ fn names(text: &str) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// The public functions under a folder that the text of a test names nowhere as `name(` or
-/// `name::<`, nor, for those handed on as values, as `::name`, and the types that it does not name;
-/// but for those `exempt`. (Methods are told apart by their names alone.)
+/// Returns the public functions and types under a folder that the text of a test does not mention,
+/// except those in `exempt`. A function is mentioned by `name(`, `name::<` or, if it is passed as a
+/// value, `::name`. (Methods of equal names are not distinguished.)
 pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
     let word = |c: char| c.is_alphanumeric() || c == '_';
     let called = |name: &str| {
@@ -61,11 +63,12 @@ pub fn missing(folder: &Path, test: &str, exempt: &[&str]) -> Vec<String> {
         .collect()
 }
 
-/// A file of the repository that the crate in `folder` (`env!("CARGO_MANIFEST_DIR")`) stands in;
-/// `None` where there is none, as in a package, whose tests then hold nothing to that file.
+/// Returns a file of the repository that contains the crate in `folder`
+/// (`env!("CARGO_MANIFEST_DIR")`), or `None` if there is no repository, as in a package, whose
+/// tests then skip that file.
 ///
 /// # Panics
-/// If there is a repository and not that file in it.
+/// If there is a repository that does not have that file.
 pub fn page(folder: &str, path: &str) -> Option<String> {
     let root = Path::new(folder).join("../..");
     if !root.join("crates").is_dir() {

@@ -1,10 +1,9 @@
 //! Quadrature: adaptive Gauss–Kronrod, Gauss–Legendre, and an adaptive rule over rectangles.
 //!
-//! All rules return an [`Estimate`] with an error estimate of their own; an oracle should look at
-//! both.
+//! All adaptive rules return an [`Estimate`] with an error estimate; an oracle should check both.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
-/// The value of an integral and how far it may be off.
+/// The value of an integral with an estimate of its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The integral.
@@ -15,11 +14,11 @@ pub struct Estimate {
     pub evaluations: usize,
 }
 
-/// The number of pieces into which the adaptive rules split an interval before they give up and
-/// report the error they reached.
+/// The largest number of pieces into which the adaptive rules split an interval. They then report
+/// the error that they have reached.
 pub const MAX_PIECES: usize = 4000;
 
-/// Positive nodes of the 15-point Kronrod rule, from the outside in.
+/// The nonnegative nodes of the 15-point Kronrod rule, from the outside in.
 const NODES_15: [f64; 8] = [
     0.9914553711208126,
     0.9491079123427585,
@@ -43,7 +42,7 @@ const KRONROD_15: [f64; 8] = [
     0.20948214108472782,
 ];
 
-/// Weights of the embedded 7-point Gauss rule (at every second node).
+/// The weights of the embedded 7-point Gauss rule (at every second node).
 const GAUSS_7: [f64; 4] = [
     0.1294849661688697,
     0.27970539148927664,
@@ -51,7 +50,7 @@ const GAUSS_7: [f64; 4] = [
     0.4179591836734694,
 ];
 
-/// One Gauss–Kronrod pair on [a, b].
+/// The result of a Gauss–Kronrod pair on [a, b].
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     a: f64,
@@ -74,6 +73,7 @@ fn kronrod_pair(f: &mut impl FnMut(f64) -> f64, a: f64, b: f64) -> Piece {
             g += GAUSS_7[i / 2] * (low + high);
         }
     }
+    // The error is the difference of both rules, but at least the rounding of the sum.
     let rounding = 4.0 * f64::EPSILON * magnitude * half.abs();
     Piece {
         a,
@@ -83,13 +83,13 @@ fn kronrod_pair(f: &mut impl FnMut(f64) -> f64, a: f64, b: f64) -> Piece {
     }
 }
 
-/// ∫ₐᵇ f by globally adaptive Gauss–Kronrod 7/15, until the estimated error is below
+/// Computes ∫ₐᵇ f by globally adaptive Gauss–Kronrod 7/15, until the estimated error is below
 /// `rel_tol`·|value|.
 ///
-/// Bisects the piece of largest estimated error; the error of a piece is |K₁₅ − G₇|, a pessimistic
-/// measure for smooth integrands. Stops at [`MAX_PIECES`] pieces or when a piece has no midpoint
-/// left, and then reports the error it has. Jumps cost about 50 bisections each; split the interval
-/// at known kinks when speed matters.
+/// It bisects the piece with the largest estimated error; the error of a piece is |K₁₅ − G₇|, a
+/// pessimistic measure for smooth integrands. It stops at [`MAX_PIECES`] pieces or when a piece has
+/// no midpoint left, and then reports the error it has. Jumps cost about 50 bisections each; split
+/// the interval at known kinks when speed matters.
 ///
 /// `a > b` gives the negative integral. Source: Piessens et al., QUADPACK (1983), routines
 /// QAG/QK15.
@@ -104,8 +104,8 @@ pub fn gauss_kronrod(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, rel_tol: f64
 }
 
 /// Integrates as [`gauss_kronrod`] does until the estimated error is below `rel_tol`·|value| or
-/// below `abs_tol`: for integrands that are small differences, whose rounding is not relative to
-/// themselves and would be refined without end.
+/// below `abs_tol`. Use it for integrands that are small differences, whose rounding is not
+/// relative to themselves and would be refined without end.
 pub fn gauss_kronrod_to(
     mut f: impl FnMut(f64) -> f64,
     a: f64,
@@ -113,6 +113,8 @@ pub fn gauss_kronrod_to(
     rel_tol: f64,
     abs_tol: f64,
 ) -> Estimate {
+    // Bisect the piece with the largest error, until the sum is good enough or a piece cannot be
+    // bisected.
     let mut pieces = vec![kronrod_pair(&mut f, a, b)];
     loop {
         let value: f64 = pieces.iter().map(|p| p.value).sum();
@@ -136,7 +138,7 @@ pub fn gauss_kronrod_to(
     }
 }
 
-/// Nodes and weights of a Gauss rule on [−1, 1], nodes ascending.
+/// The nodes and weights of a Gauss rule on [−1, 1]; nodes are ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussRule {
     /// The nodes in [−1, 1].
@@ -146,7 +148,7 @@ pub struct GaussRule {
 }
 
 impl GaussRule {
-    /// ∫ₐᵇ f with this rule.
+    /// Returns ∫ₐᵇ f by this rule.
     pub fn integrate(&self, a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         half * self
@@ -157,7 +159,7 @@ impl GaussRule {
             .sum::<f64>()
     }
 
-    /// ∬ f over the rectangle `x` × `y` with the tensor product of this rule.
+    /// Returns ∬ f over the rectangle `x` × `y` by the tensor product of this rule.
     pub fn integrate_2d(
         &self,
         x: [f64; 2],
@@ -168,10 +170,11 @@ impl GaussRule {
     }
 }
 
-/// The Gauss–Legendre rule with `n ≥ 1` nodes: exact for polynomials up to degree 2n − 1.
+/// Returns the Gauss–Legendre rule with `n ≥ 1` nodes, which is exact for polynomials up to degree
+/// 2n − 1.
 ///
-/// Nodes are the roots of Pₙ by Newton's method from Tricomi's approximation; weights 2 / ((1 − x²)
-/// Pₙ′(x)²). Nodes are good to an ulp or two, weights to about n·ε relative near the ends
+/// Nodes are the roots of Pₙ by Newton's method from Tricomi's approximation; weights are 2 / ((1 −
+/// x²) Pₙ′(x)²). Nodes are accurate to an ulp or two, weights to about n·ε relative near the ends
 /// (measured: 1e-14 at n = 64).
 ///
 /// ```
@@ -182,6 +185,7 @@ pub fn gauss_legendre(n: usize) -> GaussRule {
     let count = n as f64;
     let (mut nodes, mut weights) = (vec![0.0; n], vec![0.0; n]);
     for i in 0..n.div_ceil(2) {
+        // Find the i-th root from the right by Newton's method.
         let mut x = ((i as f64 + 0.75) * std::f64::consts::PI / (count + 0.5)).cos();
         let mut slope = 1.0;
         for _ in 0..100 {
@@ -193,10 +197,12 @@ pub fn gauss_legendre(n: usize) -> GaussRule {
                 break;
             }
         }
+        // The middle root of an odd rule is zero.
         if 2 * i + 1 == n {
             x = 0.0;
             slope = count * legendre(n, x).1;
         }
+        // Mirror it.
         nodes[i] = -x;
         nodes[n - 1 - i] = x;
         weights[i] = 2.0 / ((1.0 - x) * (1.0 + x) * slope * slope);
@@ -205,7 +211,7 @@ pub fn gauss_legendre(n: usize) -> GaussRule {
     GaussRule { nodes, weights }
 }
 
-/// (Pₙ(x), Pₙ₋₁(x)) by the three-term recurrence.
+/// Returns (Pₙ(x), Pₙ₋₁(x)) by the three-term recurrence.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut value, mut previous) = (1.0, 0.0);
     for j in 1..=n {
@@ -218,13 +224,13 @@ fn legendre(n: usize, x: f64) -> (f64, f64) {
     (value, previous)
 }
 
-/// ∬ f over the rectangle `x` × `y` by adaptive quartering, for integrands that may jump along
-/// curves.
+/// Computes ∬ f over the rectangle `x` × `y` by adaptive quartering, for integrands that may jump
+/// along curves.
 ///
 /// A cell is done when a 4×4 Gauss rule on it and on its quarters differ by at most
-/// `abs_tol`·2^−depth, or at `max_depth` quarterings. The reported error is the sum of those
+/// `abs_tol`·2^−depth, or at `max_depth` quarterings. The reported error is the sum of these
 /// differences: an overestimate for smooth integrands (where the quarters are far better than the
-/// cell), a fair one along jumps.
+/// cell), a fair estimate along jumps.
 pub fn cubature(
     mut f: impl FnMut(f64, f64) -> f64,
     x: [f64; 2],
@@ -242,6 +248,7 @@ pub fn cubature(
     let mut open = vec![(x, y, whole, max_depth, abs_tol)];
     while let Some((x, y, coarse, depth, tol)) = open.pop() {
         let (mx, my) = (0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1]));
+        // Compare the cell with its quarters.
         let quarters = [
             ([x[0], mx], [y[0], my]),
             ([mx, x[1]], [y[0], my]),
@@ -250,6 +257,7 @@ pub fn cubature(
         ];
         let values = quarters.map(|(qx, qy)| rule.integrate_2d(qx, qy, &mut f));
         total.evaluations += 64;
+        // Accept the quarters, or divide them further.
         let fine: f64 = values.iter().sum();
         let difference = (fine - coarse).abs();
         if difference <= tol || depth == 0 || !difference.is_finite() {

@@ -1,11 +1,11 @@
-//! One trait for the numbers an oracle may be written in: `f64`, [`Dd`](crate::dd::Dd),
+//! A trait for the numbers in which an oracle may be written: `f64`, [`Dd`](crate::dd::Dd),
 //! [`Precise`](crate::precise::Precise).
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number type with the functions that light integrals need.
+/// A type of real numbers with the functions that light integrals need.
 ///
 /// Write the oracle once, generically, and run it fast (double-double) over a million cases and
 /// precisely (≥ 60 digits) over a few.
@@ -29,32 +29,32 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Exactly this number (finite).
+    /// Returns exactly this number (finite).
     fn new(x: f64) -> Self;
-    /// Rounded to the nearest `f64`.
+    /// Rounds to the nearest `f64`.
     fn to_f64(&self) -> f64;
-    /// √x, x ≥ 0.
+    /// Returns √x, for x ≥ 0.
     fn sqrt(&self) -> Self;
-    /// sin x (radians).
+    /// Returns sin x, for x in radians.
     fn sin(&self) -> Self;
-    /// cos x (radians).
+    /// Returns cos x, for x in radians.
     fn cos(&self) -> Self;
-    /// The angle of (x, y) = (`x`, `self`) in (−π, π].
+    /// Returns the angle of (x, y) = (`x`, `self`) in (−π, π].
     fn atan2(&self, x: &Self) -> Self;
-    /// eˣ.
+    /// Returns eˣ.
     fn exp(&self) -> Self;
-    /// ln x, x > 0.
+    /// Returns ln x, for x > 0.
     fn ln(&self) -> Self;
-    /// π.
+    /// Returns π.
     fn pi() -> Self;
 
-    /// arcsin x = atan2(x, √((1−x)(1+x))), |x| ≤ 1.
+    /// Returns arcsin x = atan2(x, √((1−x)(1+x))), for |x| ≤ 1.
     fn asin(&self) -> Self {
         let one = Self::new(1.0);
         self.atan2(&((one.clone() - self.clone()) * (one + self.clone())).sqrt())
     }
 
-    /// arccos x = atan2(√((1−x)(1+x)), x), |x| ≤ 1.
+    /// Returns arccos x = atan2(√((1−x)(1+x)), x), for |x| ≤ 1.
     fn acos(&self) -> Self {
         let one = Self::new(1.0);
         ((one.clone() - self.clone()) * (one + self.clone()))
@@ -62,7 +62,7 @@ pub trait Real:
             .atan2(self)
     }
 
-    /// |x|.
+    /// Returns |x|.
     fn abs(&self) -> Self {
         if *self < Self::new(0.0) {
             -self.clone()
@@ -71,7 +71,7 @@ pub trait Real:
         }
     }
 
-    /// xⁿ by repeated squaring.
+    /// Returns xⁿ by repeated squaring.
     fn powi(&self, n: u32) -> Self {
         let (mut result, mut base, mut rest) = (Self::new(1.0), self.clone(), n);
         while rest > 0 {
@@ -117,28 +117,28 @@ impl Real for f64 {
     }
 }
 
-/// a·b of two vectors.
+/// Returns the dot product of two vectors.
 pub fn dot<R: Real>(a: &[R; 3], b: &[R; 3]) -> R {
     a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
 }
 
-/// a × b of two vectors.
+/// Returns the cross product of two vectors.
 pub fn cross<R: Real>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     let minor = |i: usize, j: usize| a[i].clone() * b[j].clone() - a[j].clone() * b[i].clone();
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// a − b of two vectors.
+/// Returns the difference of two vectors.
 pub fn sub<R: Real>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     [0, 1, 2].map(|i| a[i].clone() - b[i].clone())
 }
 
-/// |a| of a vector.
+/// Returns the length of a vector.
 pub fn length<R: Real>(a: &[R; 3]) -> R {
     dot(a, a).sqrt()
 }
 
-/// A vector of exact `f64` inputs.
+/// Returns a vector of exact `f64` inputs.
 pub fn vector<R: Real>(v: [f64; 3]) -> [R; 3] {
     v.map(R::new)
 }

@@ -1,5 +1,5 @@
-//! A small, fixed random generator for tests, independent of the samplers under test, and the
-//! inputs that benches share.
+//! A small, fixed random generator for tests, independent of the samplers under test, and inputs
+//! that benches share.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 /// SplitMix64: a 64-bit counter with an avalanche finaliser.
@@ -21,12 +21,12 @@ pub struct SplitMix64 {
 }
 
 impl SplitMix64 {
-    /// A generator for this seed; different seeds give unrelated streams.
+    /// Creates a generator for this seed; different seeds give unrelated streams.
     pub fn new(seed: u64) -> Self {
         Self { state: seed }
     }
 
-    /// The next 64 uniform bits.
+    /// Draws the next 64 uniform bits.
     pub fn next_u64(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;
@@ -35,23 +35,24 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1), a multiple of 2⁻⁵³.
+    /// Draws a number that is uniform in [0, 1), a multiple of 2⁻⁵³.
     pub fn next_f64(&mut self) -> f64 {
         (self.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform in [a, b) up to rounding.
+    /// Draws a number that is uniform in [a, b) up to rounding.
     pub fn in_range(&mut self, a: f64, b: f64) -> f64 {
         a + (b - a) * self.next_f64()
     }
 
-    /// Uniform in 0..n (n > 0), with a bias below n/2⁶⁴.
+    /// Draws an integer that is uniform in 0..n (n > 0), with a bias below n/2⁶⁴.
     pub fn below(&mut self, n: u64) -> u64 {
         let high = (u128::from(self.next_u64()) * u128::from(n)) >> 64;
         u64::try_from(high).expect("the product's upper half is below n")
     }
 
-    /// A direction uniform on the unit sphere (Archimedes: z and azimuth uniform).
+    /// Draws a direction that is uniform on the unit sphere (Archimedes: z and azimuth are
+    /// uniform).
     pub fn unit_vector(&mut self) -> [f64; 3] {
         let z = self.in_range(-1.0, 1.0);
         let azimuth = self.in_range(0.0, std::f64::consts::TAU);
@@ -59,23 +60,23 @@ impl SplitMix64 {
         [r * azimuth.cos(), r * azimuth.sin(), z]
     }
 
-    /// A standard normal deviate (Box–Muller).
+    /// Draws a standard normal deviate (Box–Muller).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.next_f64()).ln()).sqrt();
         radius * self.in_range(0.0, std::f64::consts::TAU).cos()
     }
 }
 
-/// Multiples of the golden ratio, by their fractions: numbers in [0, 1) as even as any, the same
-/// for every bench.
+/// Returns the fractional parts of multiples of the golden ratio: evenly distributed numbers in [0,
+/// 1), the same for every bench.
 pub fn golden_numbers(count: usize) -> Vec<f64> {
     (0..count)
         .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)
         .collect()
 }
 
-/// Shading points around the origin, each with a unit normal that leans to +z: for benches of what
-/// lights send there.
+/// Returns shading points around the origin, each with a unit normal that leans to +z, for benches
+/// of the light that they receive.
 pub fn receivers(count: usize) -> Vec<([f64; 3], [f64; 3])> {
     let u = golden_numbers(count);
     let receiver = |i: usize| {

@@ -1,5 +1,5 @@
-//! Proptest strategies that attack floating point: neighbouring values, all exponents, slivers,
-//! grazing directions, scenes tiny, huge and far from the origin.
+//! Proptest strategies for inputs that are hard for floating point: neighbouring values, all
+//! exponents, slivers, grazing directions, scenes that are tiny, huge or far from the origin.
 //!
 //! Vectors are `[f64; 3]`, triangles `[[f64; 3]; 3]`, so that any vector library can take them in.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
@@ -10,10 +10,11 @@ use proptest::prelude::*;
 
 /// A point or direction.
 pub type Vector = [f64; 3];
-/// Three corners.
+/// The three corners of a triangle.
 pub type Corners = [Vector; 3];
 
-/// Any finite `f64`: all bit patterns but NaN and infinities, with zeros and subnormals.
+/// Generates any finite `f64`: all bit patterns except NaN and infinities, with zeros and
+/// subnormals.
 pub fn finite() -> impl Strategy<Value = f64> {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO
@@ -21,8 +22,8 @@ pub fn finite() -> impl Strategy<Value = f64> {
 
 /// Generates numbers that a function must survive in any argument: NaN, infinities, zeros of both
 /// signs, subnormals, the largest and the smallest numbers, their square roots and fourth roots
-/// (where squares of lengths and areas end), any bits; and, half of the time, an
-/// [ordinary](moderate) number, so that an argument is hostile while the others are not.
+/// (where squares of lengths and areas overflow), any bits; and, half of the time, an
+/// [ordinary](moderate) number, so that one argument is hostile while the others are not.
 pub fn hostile() -> impl Strategy<Value = f64> {
     let special = vec![
         f64::NAN,
@@ -57,8 +58,8 @@ pub fn hostile() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A vector of [hostile] coordinates, or of ordinary ones, or one coordinate [hostile] among
-/// ordinary ones.
+/// Generates a vector of [hostile] coordinates, or of ordinary ones, or with one [hostile]
+/// coordinate among ordinary ones.
 pub fn hostile_vector() -> impl Strategy<Value = Vector> {
     let one = ([moderate(), moderate(), moderate()], 0..3_usize, hostile());
     prop_oneof![
@@ -71,7 +72,7 @@ pub fn hostile_vector() -> impl Strategy<Value = Vector> {
     ]
 }
 
-/// Several vectors that have more to do with each other than chance: each is
+/// Generates several vectors that are related more often than by chance: each is
 /// [hostile](hostile_vector), or equal to an earlier one, within 10⁻¹⁷…10⁻¹ of it, a multiple of
 /// it, or ordinary, and all are scaled by one factor, often 1.
 pub fn hostile_vectors<const N: usize>() -> impl Strategy<Value = [Vector; N]> {
@@ -98,19 +99,20 @@ pub fn hostile_vectors<const N: usize>() -> impl Strategy<Value = [Vector; N]> {
         })
 }
 
-/// A vector that is unit for three in four, and else [hostile](hostile_vector): for normals and
-/// axes.
+/// Generates a vector that is a unit vector in three of four cases, and otherwise
+/// [hostile](hostile_vector): for normals and axes.
 pub fn hostile_direction() -> impl Strategy<Value = Vector> {
     prop_oneof![3 => unit_vector(), 1 => hostile_vector()]
 }
 
-/// A number of [0, 1) for three in four, and else [hostile]: for random numbers.
+/// Generates a number in [0, 1) in three of four cases, and otherwise a [hostile] one: for random
+/// numbers.
 pub fn hostile_unit() -> impl Strategy<Value = f64> {
     prop_oneof![3 => unit_interval(), 1 => hostile()]
 }
 
-/// Signed values with uniformly distributed binary exponent in `low..=high` (2^low ≤ |x| <
-/// 2^(high+1)).
+/// Generates signed values with a uniformly distributed binary exponent in `low..=high` (2^low ≤
+/// |x| < 2^(high+1)).
 pub fn across_exponents(low: i32, high: i32) -> impl Strategy<Value = f64> {
     (low..=high, 1.0..2.0_f64, any::<bool>()).prop_map(|(exponent, mantissa, negative)| {
         let size = mantissa * 2f64.powi(exponent);
@@ -118,7 +120,8 @@ pub fn across_exponents(low: i32, high: i32) -> impl Strategy<Value = f64> {
     })
 }
 
-/// Values between 2⁻²⁰ and 2²⁰, small integers, and exact zeros: where cancellation is likely.
+/// Generates values between 2⁻²⁰ and 2²⁰, small integers, and exact zeros, where cancellation is
+/// likely.
 pub fn moderate() -> impl Strategy<Value = f64> {
     prop_oneof![
         6 => across_exponents(-20, 20),
@@ -128,7 +131,7 @@ pub fn moderate() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A uniform number in [0, 1), with the hard ones: 0, the smallest, ½ and its neighbours, the
+/// Generates a uniform number in [0, 1), or a hard one: 0, the smallest, ½ and its neighbours, the
 /// largest below 1.
 pub fn unit_interval() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -141,7 +144,7 @@ pub fn unit_interval() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// A direction of unit length (to a few ulps): uniform, along an axis, or off an axis by
+/// Generates a direction of unit length (to a few ulps): uniform, along an axis, or off an axis by
 /// 10⁻¹⁸…10⁻¹.
 pub fn unit_vector() -> impl Strategy<Value = Vector> {
     (
@@ -163,8 +166,8 @@ pub fn unit_vector() -> impl Strategy<Value = Vector> {
         })
 }
 
-/// A unit normal and a unit vector nearly (or exactly, to rounding) orthogonal to it: grazing
-/// light.
+/// Generates a unit normal and a unit vector that is nearly (or exactly, up to rounding) orthogonal
+/// to it: grazing light.
 pub fn grazing() -> impl Strategy<Value = (Vector, Vector)> {
     (unit_vector(), any::<u64>(), small(), any::<bool>()).prop_map(|(n, seed, size, flip)| {
         let side = normalized(cross(n, SplitMix64::new(seed).unit_vector()));
@@ -175,19 +178,20 @@ pub fn grazing() -> impl Strategy<Value = (Vector, Vector)> {
     })
 }
 
-/// A point in the cube [−scale, scale]³, sometimes with coordinates exactly zero.
+/// Generates a point in the cube [−scale, scale]³, sometimes with coordinates that are exactly
+/// zero.
 pub fn point(scale: f64) -> impl Strategy<Value = Vector> {
     let coordinate = move || prop_oneof![7 => -scale..scale, 1 => Just(0.0)];
     [coordinate(), coordinate(), coordinate()]
 }
 
-/// A triangle of ordinary shape in the cube [−1, 1]³.
+/// Generates a triangle of ordinary shape in the cube [−1, 1]³.
 pub fn triangle() -> impl Strategy<Value = Corners> {
     [point(1.0), point(1.0), point(1.0)]
 }
 
-/// A triangle whose third corner is within 10⁻¹⁷…10⁻¹ of the line (or exactly on it, or on a
-/// corner) of the others.
+/// Generates a triangle whose third corner is within 10⁻¹⁷…10⁻¹ of the line through the others (or
+/// exactly on it, or on a corner).
 pub fn sliver() -> impl Strategy<Value = Corners> {
     (
         point(1.0),
@@ -211,26 +215,26 @@ pub fn sliver() -> impl Strategy<Value = Corners> {
 /// The position and size of a scene: points become origin + scale·p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Multiplies coordinates; 2⁻³⁰ to 2³⁰.
+    /// The factor of coordinates; 2⁻³⁰ to 2³⁰.
     pub scale: f64,
-    /// Then added; zero, or up to 10⁶ scales away.
+    /// The position that is added to scaled coordinates; zero, or up to 10⁶ scales away.
     pub origin: Vector,
 }
 
 impl Placement {
-    /// origin + scale·p.
+    /// Returns origin + scale·p.
     pub fn apply(&self, p: Vector) -> Vector {
         [0, 1, 2].map(|k| self.origin[k] + self.scale * p[k])
     }
 
-    /// The largest coordinate that a point of the cube [−1, 1]³ may take: rounding errors are ε
-    /// times this.
+    /// Returns the largest coordinate that a point of the cube [−1, 1]³ may take: rounding errors
+    /// are ε times this.
     pub fn magnitude(&self) -> f64 {
         self.scale + self.origin.iter().fold(0.0_f64, |m, c| m.max(c.abs()))
     }
 }
 
-/// Scenes of human size at the origin, tiny ones, huge ones, and ones far away.
+/// Generates scenes of human size at the origin, tiny ones, huge ones, and distant ones.
 pub fn placement() -> impl Strategy<Value = Placement> {
     (-30..=30_i32, point(1.0), 0..=6_i32, 0..4_u32).prop_map(|(exponent, direction, far, kind)| {
         let scale = if kind == 0 { 1.0 } else { 2f64.powi(exponent) };
@@ -246,8 +250,8 @@ pub fn placement() -> impl Strategy<Value = Placement> {
     })
 }
 
-/// A convex polygon of 3 to 8 corners in the plane z = 0, counter-clockwise seen from +z, around
-/// the origin.
+/// Generates a convex polygon of 3 to 8 corners in the plane z = 0, counter-clockwise seen from +z,
+/// with corners on an ellipse around the origin.
 pub fn convex_polygon_2d() -> impl Strategy<Value = Vec<[f64; 2]>> {
     (
         proptest::collection::vec(0.05..1.0_f64, 3..=8),
@@ -265,11 +269,12 @@ pub fn convex_polygon_2d() -> impl Strategy<Value = Vec<[f64; 2]>> {
         })
 }
 
-/// Zero or a size from 10⁻¹⁷ to 10⁻¹.
+/// Generates zero or a size from 10⁻¹⁷ to 10⁻¹.
 fn small() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 6 => (-17..0_i32).prop_map(|e| 10f64.powi(e))]
 }
 
+/// Returns p + `size` `direction`.
 fn offset(p: Vector, direction: Vector, size: f64) -> Vector {
     [0, 1, 2].map(|k| p[k] + size * direction[k])
 }
@@ -282,7 +287,7 @@ fn cross(a: Vector, b: Vector) -> Vector {
     ]
 }
 
-/// `v` at unit length; the z axis for a zero vector.
+/// Returns `v` at unit length; the z axis for a zero vector.
 fn normalized(v: Vector) -> Vector {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length > 0.0 {

@@ -2,12 +2,12 @@
 //!
 //! `{"schema": …, "version": …, "digits": …, "cases": [{…}, …]}`; JSON numbers are exact `f64`
 //! inputs, strings are results computed from the exact binary inputs and rounded to `digits`
-//! digits. The files in `vectors/` of this crate are what closed forms and techniques are held to.
+//! digits. Closed forms and techniques are tested against the files in `vectors/` of this crate.
 
 use crate::precise::Precise;
 use serde_json::Value;
 
-/// One file of cases.
+/// The cases of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vectors {
     /// The name of the function that the cases test.
@@ -16,12 +16,12 @@ pub struct Vectors {
     pub cases: Vec<Case>,
 }
 
-/// One case: named inputs and results.
+/// A case: named inputs and results.
 ///
 /// The accessors panic with the case's number and the missing name: the files are part of the test.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// Position in the file, from 0.
+    /// The position in the file, from 0.
     pub index: usize,
     fields: Value,
 }
@@ -56,17 +56,20 @@ impl Vectors {
     }
 }
 
-/// A number, or a string that reads as one (rounded to `f64`; magnitudes below its range become 0).
+/// Reads a number, or a string that represents one (rounded to `f64`; magnitudes below its range
+/// become 0).
 fn number(json: &Value) -> Option<f64> {
     json.as_f64().or_else(|| json.as_str()?.parse().ok())
 }
 
+/// Reads a list of N numbers.
 fn numbers<const N: usize>(json: &Value) -> Option<[f64; N]> {
     let elements: Option<Vec<f64>> = json.as_array()?.iter().map(number).collect();
     elements?.try_into().ok()
 }
 
 impl Case {
+    /// Returns a field that `read` understands.
     fn field<'a, T>(&'a self, name: &str, read: impl Fn(&'a Value) -> Option<T>) -> T {
         let value = self.fields.get(name).and_then(read);
         value.unwrap_or_else(|| {
@@ -75,42 +78,45 @@ impl Case {
         })
     }
 
-    /// The kind of case, e.g. "random" or the name of a degeneracy; "" without one.
+    /// Returns the kind of the case, such as "random" or the name of a degeneracy; "" if there is
+    /// none.
     pub fn tag(&self) -> &str {
         self.fields["tag"].as_str().unwrap_or("")
     }
 
-    /// A text field.
+    /// Returns a text.
     pub fn text(&self, name: &str) -> &str {
         self.field(name, Value::as_str)
     }
 
-    /// A truth value.
+    /// Returns a truth value.
     pub fn flag(&self, name: &str) -> bool {
         self.field(name, Value::as_bool)
     }
 
-    /// An input exactly, or a result rounded to `f64`.
+    /// Returns an input exactly, or a result rounded to `f64`.
     pub fn number(&self, name: &str) -> f64 {
         self.field(name, number)
     }
 
-    /// A result to all its digits, beyond the range of `f64` too.
+    /// Returns a result to all its digits, also beyond the range of `f64`.
     pub fn precise(&self, name: &str) -> Precise {
         self.field(name, |json| Precise::parse(json.as_str()?).ok())
     }
 
-    /// A vector, e.g. a corner or a direction.
+    /// Returns a vector, such as a corner or a direction.
     pub fn vec3(&self, name: &str) -> [f64; 3] {
         self.field(name, numbers)
     }
 
-    /// A list of points of N coordinates, e.g. the corners of a polygon or interval ends.
+    /// Returns a list of points of N coordinates, such as the corners of a polygon or the ends of
+    /// intervals.
     pub fn points<const N: usize>(&self, name: &str) -> Vec<[f64; N]> {
         self.field(name, |json| json.as_array()?.iter().map(numbers).collect())
     }
 
-    /// |got − want| / max(|want|, scale) for the result `name`; infinite when `got` is not finite.
+    /// Returns |got − want| / max(|want|, scale) for the result `name`; infinite when `got` is not
+    /// finite.
     pub fn error(&self, name: &str, got: f64, scale: f64) -> f64 {
         self.precise(name).scaled_error(got, scale)
     }

@@ -4,14 +4,15 @@
 use puruspe::{betai, erfc, inverfc};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
-/// Φ(z) = P(Z ≤ z) for a standard normal Z, accurate in both tails (through erfc).
+/// Returns Φ(z) = P(Z ≤ z) for a standard normal Z, accurate in both tails (by erfc).
 pub fn normal_cdf(z: f64) -> f64 {
     0.5 * erfc(-z * FRAC_1_SQRT_2)
 }
 
-/// z with Φ(z) = p, for p in (0, 1); ±∞ at the ends, NaN outside.
+/// Returns z with Φ(z) = p, for p in (0, 1); ±∞ at the ends, NaN outside.
 ///
-/// By the inverse error function, polished by Newton: |Φ(z) − p| within a few ulps of p.
+/// It is the inverse error function, improved by two Newton steps: |Φ(z) − p| is within a few ulps
+/// of p.
 pub fn normal_quantile(p: f64) -> f64 {
     if p.is_nan() || !(0.0..=1.0).contains(&p) {
         return f64::NAN;
@@ -33,7 +34,7 @@ pub fn normal_quantile(p: f64) -> f64 {
     z
 }
 
-/// Two-sided p-value of a z score: P(|Z| ≥ |z|). NaN counts as impossible (0).
+/// Returns the two-sided p-value of a z score, P(|Z| ≥ |z|); 0 for NaN.
 pub fn p_value(z: f64) -> f64 {
     if z.is_nan() {
         0.0
@@ -42,7 +43,7 @@ pub fn p_value(z: f64) -> f64 {
     }
 }
 
-/// The |z| beyond which a two-sided test at level `alpha` rejects; combine with
+/// Returns the |z| beyond which a two-sided test at level `alpha` rejects; combine it with
 /// [`crate::chi2::sidak`].
 ///
 /// ```
@@ -52,8 +53,8 @@ pub fn critical_z(alpha: f64) -> f64 {
     -normal_quantile(0.5 * alpha)
 }
 
-/// (got − want) / standard_error; zero when both agree exactly and the error is zero, ±∞ when they
-/// differ then.
+/// Returns (got − want) / standard_error; zero when both agree exactly, and ±∞ when they differ and
+/// the error is zero.
 pub fn z_score(got: f64, want: f64, standard_error: f64) -> f64 {
     let difference = got - want;
     if difference == 0.0 {
@@ -63,7 +64,7 @@ pub fn z_score(got: f64, want: f64, standard_error: f64) -> f64 {
     }
 }
 
-/// The z score of the difference of two independent means; zero when both agree exactly.
+/// Returns the z score of the difference of two independent means; zero when both agree exactly.
 pub fn z_score_two(a: &Welford, b: &Welford) -> f64 {
     z_score(
         a.mean(),
@@ -72,7 +73,8 @@ pub fn z_score_two(a: &Welford, b: &Welford) -> f64 {
     )
 }
 
-/// Two-sided p-value of Student's t with `dof` degrees of freedom: I_{ν/(ν+t²)}(ν/2, 1/2).
+/// Returns the two-sided p-value of Student's t with `dof` degrees of freedom: I_{ν/(ν+t²)}(ν/2,
+/// 1/2).
 ///
 /// Use it instead of [`p_value`] when the variance comes from fewer than about 50 values.
 pub fn t_p_value(t: f64, dof: f64) -> f64 {
@@ -85,7 +87,8 @@ pub fn t_p_value(t: f64, dof: f64) -> f64 {
     betai(0.5 * dof, 0.5, dof / (dof + t * t))
 }
 
-/// Running count, mean and variance (Welford 1962), mergeable (Chan, Golub, LeVeque 1979).
+/// The running count, mean and variance of values (Welford 1962), which can be merged (Chan, Golub,
+/// LeVeque 1979).
 ///
 /// ```
 /// let w: linelit_testkit::ztest::Welford = [1.0, 2.0, 4.0].into_iter().collect();
@@ -99,12 +102,12 @@ pub struct Welford {
 }
 
 impl Welford {
-    /// No values yet.
+    /// Creates moments without values.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes in one value.
+    /// Adds a value.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
         let delta = x - self.mean;
@@ -112,7 +115,7 @@ impl Welford {
         self.m2 += delta * (x - self.mean);
     }
 
-    /// Takes in all values that `other` has seen.
+    /// Adds all values of `other`.
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -130,12 +133,12 @@ impl Welford {
         self.count
     }
 
-    /// Returns the mean of the values; zero of none.
+    /// Returns the mean of the values; zero if there are none.
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// Returns the unbiased variance of the values; zero of fewer than two.
+    /// Returns the unbiased variance of the values; zero for fewer than two.
     pub fn variance(&self) -> f64 {
         if self.count < 2 {
             0.0
@@ -144,12 +147,12 @@ impl Welford {
         }
     }
 
-    /// √variance.
+    /// Returns the standard deviation, √variance.
     pub fn std_dev(&self) -> f64 {
         self.variance().sqrt()
     }
 
-    /// The standard error of the mean, √(variance / n).
+    /// Returns the standard error of the mean, √(variance / n).
     pub fn standard_error(&self) -> f64 {
         if self.count == 0 {
             0.0
@@ -163,7 +166,7 @@ impl Welford {
         z_score(self.mean, want, self.standard_error())
     }
 
-    /// Two-sided p-value of the mean being `want`, by Student's t.
+    /// Returns the two-sided p-value of the mean being `want`, by Student's t.
     pub fn p_value(&self, want: f64) -> f64 {
         t_p_value(
             self.z_score(want),

@@ -1,5 +1,5 @@
-//! The constants of `hybrid`, fitted to built-in scenes: `cargo run --release -p linelit-workshop
-//! --features programs --example fit_hybrid`, some ten minutes.
+//! Fits the constants of `hybrid` to built-in scenes: `cargo run --release -p linelit-workshop
+//! --features programs --example fit_hybrid`, which takes some ten minutes.
 //!
 //! Each scene is measured as it is, and with plastic and metal in place of its materials, by the
 //! methods that `hybrid` chooses among. A rule picks one method for each scene and number of
@@ -16,6 +16,7 @@ use linelit_scenes::Library;
 use linelit_study::engine::{Contest, ContestPoint, Curve, Problem as _, contest};
 use linelit_study::scene_study::{Targets, all_pixels};
 
+/// The scenes that the constants are fitted to.
 const SCENES: [&str; 9] = [
     "cornell-box-small",
     "cornell-box-large",
@@ -28,7 +29,7 @@ const SCENES: [&str; 9] = [
     "monoliths",
 ];
 
-/// Materials in place of a scene's, as pbrt's text; none keeps its own.
+/// The materials that replace a scene's, as pbrt's text; with the empty one a scene keeps its own.
 const MATERIALS: [&str; 5] = [
     "",
     r#""plastic" "float roughness" .05 "bool remaproughness" "false""#,
@@ -39,13 +40,14 @@ const MATERIALS: [&str; 5] = [
 
 /// The methods, in the order of their losses.
 const NAMES: [&str; 4] = ["exact", "lines", "points", "rays"];
+/// The indices of the methods in [`NAMES`].
 const EXACT: usize = 0;
 const LINES: usize = 1;
 const POINTS: usize = 2;
 const RAYS: usize = 3;
 
-/// The estimators of the methods, with their samples for so many lines: points by transformed
-/// cosines on surfaces that are not diffuse.
+/// Returns the estimators of the methods, with their samples for this many lines. Surfaces that are
+/// not diffuse use points by LTC.
 fn methods(is_diffuse: bool, lines: u32) -> [(String, u32); 4] {
     let (by, with_region) = match is_diffuse {
         true => ("point-area", lines),
@@ -59,23 +61,24 @@ fn methods(is_diffuse: bool, lines: u32) -> [(String, u32); 4] {
     ]
 }
 
-/// Numbers of lines.
+/// The numbers of lines.
 const COUNTS: [u32; 4] = [1, 4, 16, 64];
 
-/// What was measured of one scene, material and number of lines.
+/// The measurement of one scene, material and number of lines.
 struct Row {
     name: String,
     lines: f64,
     is_diffuse: bool,
-    /// Whether it is diffuse or its lobes are wide.
+    /// Whether the material is diffuse or its lobes are wide.
     is_smooth: bool,
     is_dense: bool,
     triangles: f64,
     edges: f64,
     line_cost: f64,
-    /// The time of each method, over the least in which any reaches its error.
+    /// The time of each method over the least time in which any reaches its error.
     losses: [f64; 4],
-    /// The same of `hybrid` itself, by the times of the others; zero where no other reaches it.
+    /// The same ratio of `hybrid` itself, compared with the other methods; zero where no other
+    /// reaches its error.
     hybrid: f64,
 }
 
@@ -88,7 +91,7 @@ struct Constants {
     rays_for_lines: f64,
 }
 
-/// Those of `hybrid`.
+/// The constants that `hybrid` has.
 const CURRENT: Constants = Constants {
     lines_for_a_triangle: 1.3,
     triangles_with_cosines: 6.0,
@@ -97,16 +100,20 @@ const CURRENT: Constants = Constants {
 };
 
 impl Constants {
-    /// The method that the rules pick, as `hybrid` does, by the statistics of a light.
+    /// Returns the method that the rules pick by the statistics of a light, as `hybrid` does.
     fn pick(&self, row: &Row) -> usize {
+        // Where occlusion is dense, rays are faster than a few lines, and than any lines on
+        // surfaces that are not diffuse.
         let few = row.lines < self.lines_if_dense.max(row.line_cost / self.rays_for_lines);
         if row.is_dense && (few || !row.is_diffuse) {
             return RAYS;
         }
+        // The visible region is worth computing if few triangles are in the way.
         let region = match row.is_smooth {
             true => (self.lines_for_a_triangle + row.edges) * row.triangles <= row.lines,
             false => row.triangles <= self.triangles_with_cosines * (4.0 * row.lines).max(16.0),
         };
+        // Otherwise lines, if there are enough of them or the lobes are wide.
         let takes_lines = match row.is_diffuse {
             true => row.lines >= 4.0 || row.is_dense,
             false => row.is_smooth,
@@ -118,7 +125,7 @@ impl Constants {
         }
     }
 
-    /// The geometric mean of the losses, and the largest.
+    /// Returns the geometric mean of the losses, and the largest.
     fn loss(&self, rows: &[Row]) -> [f64; 2] {
         let losses = || rows.iter().map(|row| row.losses[self.pick(row)]);
         let mean = losses().map(f64::ln).sum::<f64>() / rows.len() as f64;
@@ -126,13 +133,16 @@ impl Constants {
     }
 }
 
+/// Measures, prints the losses, and searches a grid of constants around the current ones.
 fn main() -> Result<()> {
+    // Measure.
     let mut rows = Vec::new();
     for scene in SCENES {
         for material in MATERIALS {
             measure(scene, material, &mut rows)?;
         }
     }
+    // Print the losses of the current constants.
     println!("scene, material, lines: losses of exact, lines, points, rays; picked");
     for row in &rows {
         let picked = NAMES[CURRENT.pick(row)];
@@ -144,6 +154,7 @@ fn main() -> Result<()> {
     }
     let mut best = (CURRENT, CURRENT.loss(&rows));
     println!("{CURRENT:?}: mean and largest loss {:.3?}", best.1);
+    // Search for constants with less loss.
     for lines_for_a_triangle in [0.3, 0.65, 1.3, 2.6, 5.2] {
         for triangles_with_cosines in [1.5, 3.0, 6.0, 12.0, 24.0] {
             for lines_if_dense in [2.0, 4.0, 8.0, 16.0, 32.0] {
@@ -166,7 +177,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// The times and errors of all methods, and of `hybrid`.
+/// Returns the times and errors of all methods, and of `hybrid`.
 fn compete(targets: &Targets<'_>, is_diffuse: bool) -> Result<Vec<Curve<Settings>>> {
     let settings = |text: &str| -> Result<Settings> {
         let estimator = text.parse::<Estimator>().context("a method")?;
@@ -175,6 +186,7 @@ fn compete(targets: &Targets<'_>, is_diffuse: bool) -> Result<Vec<Curve<Settings
             ..Settings::default()
         })
     };
+    // List the methods, with the distinct numbers of samples that the numbers of lines come to.
     let mut entries = Vec::new();
     for method in 0..NAMES.len() {
         let of = |lines: u32| methods(is_diffuse, lines)[method].1;
@@ -183,6 +195,7 @@ fn compete(targets: &Targets<'_>, is_diffuse: bool) -> Result<Vec<Curve<Settings
         entries.push((settings(&methods(is_diffuse, 1)[method].0)?, samples));
     }
     entries.push((settings("hybrid")?, COUNTS.to_vec()));
+    // Compare them with the exact value.
     let (exact, mut workspace) = (settings("exact")?, Workspace::new());
     let truth = |k| targets.estimate(&exact, 4096, u64::MAX, k, &mut workspace);
     let what = Contest {
@@ -204,8 +217,10 @@ fn measure(name: &str, material: &str, rows: &mut Vec<Row>) -> Result<()> {
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &all_pixels(24, 18));
     let curves = compete(&targets, is_diffuse)?;
+    // The rules read the occlusion of the first light.
     let lights = renderer.plan().lights_of(Spheres::Exact);
     let occlusion = lights.first().context("a light")?.occlusion;
+    // Divide the time of each method by the least time in which any reaches its error.
     let best = |point: &ContestPoint| {
         let others = curves[..NAMES.len()].iter();
         let times = others.filter_map(|curve| curve.time_to(point.mse));

@@ -1,6 +1,6 @@
-//! The least time for each integral on ordinary segments: what the code costs when nothing else
-//! runs, also on a busy machine. `cargo run --release -p linelit-workshop --no-default-features
-//! --example speed [NAME]`
+//! The least time of each closed form on ordinary segments: the cost of the code when no other work
+//! disturbs it, also on a busy machine. `cargo run --release -p linelit-workshop
+//! --no-default-features --example speed [NAME]`
 
 #![allow(clippy::print_stdout, reason = "printing is what the program is for")]
 
@@ -10,10 +10,10 @@ use linelit_testkit::rng::SplitMix64;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Segments at once.
+/// The number of segments that are timed together.
 const COUNT: usize = 512;
 
-/// Ordinary segments above the origin.
+/// Returns ordinary segments above the origin.
 fn segments() -> Vec<Segment> {
     let mut rng = SplitMix64::new(11);
     let mut v = |a: f64, b: f64| rng.in_range(a, b);
@@ -25,11 +25,13 @@ fn segments() -> Vec<Segment> {
         .collect()
 }
 
+/// Prints the least time of a function for each of [`COUNT`] integrals.
 fn least(name: &str, f: impl FnMut()) {
     least_of(name, 1.0, f);
 }
 
-/// The same of a share of as many integrals.
+/// Prints the least time for each integral, for a function that computes this fraction of [`COUNT`]
+/// integrals.
 fn least_of(name: &str, share: f64, mut f: impl FnMut()) {
     if std::env::args().nth(1).is_some_and(|only| only != name) {
         return;
@@ -47,6 +49,7 @@ fn least_of(name: &str, share: f64, mut f: impl FnMut()) {
 }
 
 fn main() {
+    // Times of line integrals, diffuse and glossy.
     let input = segments();
     let n = DVec3::Z;
     let axis = DVec3::new(0.2, 0.1, 0.9).normalize();
@@ -80,7 +83,8 @@ fn main() {
     polygons();
 }
 
-/// Squares overhead, far off, and cut by the horizon; each as often as there are segments.
+/// Times squares overhead, far away, and cut by the horizon; each run computes a 64th of [`COUNT`]
+/// integrals.
 fn polygons() {
     let n = DVec3::Z;
     for (name, half, height) in [("near", 1.0, 1.0), ("far", 0.01, 3.0), ("cut", 2.0, 0.0)] {

@@ -1,15 +1,16 @@
-//! What no test holds: spoils closed forms, densities and weights one after the other in a copy of
-//! the repository, runs tests, and says which test noticed, and what none did.
+//! Finds what no test checks: it spoils closed forms, densities and weights one after the other in
+//! a copy of the repository, runs tests, and reports which test noticed each, and which were not
+//! noticed.
 //!
 //! ```text
 //! cargo run --release -p linelit-workshop --no-default-features --example spoil -- \
 //!     [--table FILE] [--in FOLDER] [WORD…]
 //! ```
 //!
-//! The copy is made in a new temporary folder that is removed in the end, or in FOLDER, which is
-//! kept, so that the next time less is compiled. The table (`examples/spoilings` unless told) has
-//! one paragraph for each way to spoil something; only those are tried whose command, file and name
-//! contain all words. Lines of it:
+//! The copy is made in a new temporary folder that is removed at the end, or in FOLDER, which is
+//! not removed, so that less is compiled the next time. The table (`examples/spoilings` by default)
+//! has one paragraph for each way to spoil something; only paragraphs whose command, file and name
+//! contain all words are tried. Its lines:
 //!
 //! ```text
 //! # a remark
@@ -20,16 +21,16 @@
 //! + what stands in its place; {} is the factor 1 + 1e-6, {1e-4} another one, {1} a switch to 2
 //! ```
 //!
-//! A paragraph without a name goes along with the one before. In place of `$` a table of claims has
-//! `?` and a command that prints claims with their verdicts, as `linelit converge claims --json`
-//! does. It runs twice with nothing spoiled: claims that differ between these are flickering, and
-//! count nowhere. Then each row says which claims have another verdict than at first, and the end
-//! says which claims nothing turned. What has no factors there is spoiled in all runs.
+//! A paragraph without a name belongs to the one before. In place of `$` a table of claims has `?`
+//! and a command that prints claims with their verdicts, as `linelit converge claims --json` does.
+//! It runs twice without spoiling: claims that differ between these runs are flickering, and are
+//! ignored. Then each row lists the claims whose verdict changed, and the end lists the claims that
+//! no spoiling changed. Paragraphs without factors are spoiled in all runs of such a table.
 //!
-//! All paragraphs with factors are built at once, and the environment says which factor is not one:
-//! the copy's crates get a function for that, the repository's own have none. A paragraph without
-//! factors is built alone. Every command must succeed at first with nothing spoiled. Exit status: 0
-//! everything was noticed, or every claim turned, 1 something was not, 2 the table does not fit.
+//! All paragraphs with factors are built at once, and an environment variable selects the factor
+//! that is not one; a function for this is added to the copy's crates. A paragraph without factors
+//! is built separately. Every command must succeed at first without spoiling. Exit status: 0 if
+//! every spoiling was noticed, or every claim changed; 1 if not; 2 if the table does not fit.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program")]
 
@@ -41,7 +42,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 use std::{env, fs, io};
 
-/// What the copy's crates tell factors by.
+/// The environment variable that holds the number of the factor that is not one.
 const VARIABLE: &str = "LINELIT_SPOILED";
 
 /// One way to spoil something.
@@ -50,7 +51,7 @@ struct Spoiling {
     command: String,
     /// Whether the command prints claims, whose verdicts have to change.
     judges: bool,
-    /// Whether it goes along with the paragraph before.
+    /// Whether it belongs to the paragraph before, and is spoiled with it.
     continues: bool,
     file: String,
     name: String,
@@ -59,7 +60,8 @@ struct Spoiling {
 }
 
 impl Spoiling {
-    /// The replacement, each {} a call of the copy's function, and how many there are.
+    /// Returns the replacement, with each {} replaced by a call of the copy's function, and the
+    /// number of these calls.
     fn replaced(&self, number: usize) -> (String, usize) {
         let (mut out, mut count) = (String::new(), 0);
         let mut rest = self.replacement.as_str();
@@ -99,7 +101,7 @@ impl Spoiling {
         fs::write(&path, whole).map_err(|e| format!("{}: {e}", self.file))
     }
 
-    /// The root of the crate that the file belongs to.
+    /// Returns the root file of the crate that the file belongs to.
     fn library(&self) -> Option<String> {
         let end = self.file.find("/src/")?;
         Some(format!("{}/src/lib.rs", &self.file[..end]))
@@ -115,6 +117,7 @@ fn read_table(text: &str) -> Result<Vec<Spoiling>, String> {
             _ => format!("{text}\n{more}"),
         };
         match line.split_at_checked(2) {
+            // An empty line ends a paragraph. Command and file remain for the next one.
             _ if line.trim().is_empty() => {
                 if !next.text.is_empty() {
                     next.continues = next.name.is_empty();
@@ -144,7 +147,7 @@ fn read_table(text: &str) -> Result<Vec<Spoiling>, String> {
     Ok(all)
 }
 
-/// A fresh copy of what git knows of the repository.
+/// Copies all files that git knows of the repository.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     if to.exists() {
         fs::remove_dir_all(to)?;
@@ -169,7 +172,7 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Gives the crates of some files the function that tells factors.
+/// Adds the function that returns factors to the crates of some files.
 fn add_function(root: &Path, spoilings: &[(usize, Spoiling)]) -> io::Result<()> {
     let libraries: BTreeSet<String> = spoilings.iter().filter_map(|(_, s)| s.library()).collect();
     for library in libraries {
@@ -188,10 +191,10 @@ fn add_function(root: &Path, spoilings: &[(usize, Spoiling)]) -> io::Result<()> 
     Ok(())
 }
 
-/// How a command ended.
+/// The end of a command.
 enum Ended {
     Well,
-    /// With the first test that failed, or the last line.
+    /// It failed, with the first test that failed, or the last line.
     Failed(String),
 }
 
@@ -200,6 +203,7 @@ fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<E
     let mut shell = Command::new("sh");
     // For `kill` below; elsewhere tests run on after the first that has failed.
     #[cfg(unix)]
+    // Make a process group for `kill` below. Elsewhere tests continue after the first failure.
     std::os::unix::process::CommandExt::process_group(&mut shell, 0);
     let mut child = shell
         .args(["-c", &format!("{command} 2>&1")])
@@ -212,6 +216,7 @@ fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<E
         .env("RUST_BACKTRACE", "0")
         .stdout(Stdio::piped())
         .spawn()?;
+    // Read its output up to the first test that failed.
     let mut last = String::new();
     if let Some(out) = child.stdout.take() {
         for line in BufReader::new(out).split(b'\n') {
@@ -220,7 +225,7 @@ fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<E
                 .strip_prefix("test ")
                 .and_then(|l| l.strip_suffix("FAILED"));
             if let Some(test) = failed.and_then(|l| l.split(" ... ").next().map(str::to_owned)) {
-                // The whole group, for cargo does not take its tests with it.
+                // End the whole group, since cargo does not end its tests.
                 let group = format!("-{}", child.id());
                 Command::new("kill").args(["--", &group]).status()?;
                 child.wait()?;
@@ -237,14 +242,14 @@ fn run(command: &str, root: &Path, target: &Path, number: usize) -> io::Result<E
     })
 }
 
-/// The verdicts that a command prints, by claim.
+/// Returns the verdicts that a command prints, by claim.
 fn verdicts(
     command: &str,
     root: &Path,
     target: &Path,
     number: usize,
 ) -> Result<BTreeMap<String, String>, String> {
-    // It fails where a verdict is not the one on record.
+    // The command may fail: a verdict may contradict the record.
     let run = Command::new("sh")
         .args(["-c", command])
         .current_dir(root)
@@ -274,7 +279,8 @@ fn verdicts(
     Ok(all)
 }
 
-/// Spoils each of some that are in one copy, and says which claims turned; those that never did.
+/// Spoils each of some spoilings that are in one copy, prints which claims changed their verdict,
+/// and returns the claims that never did.
 fn turn_all(
     command: &str,
     root: &Path,
@@ -282,6 +288,7 @@ fn turn_all(
     spoilings: &[(usize, Spoiling)],
 ) -> Result<Vec<String>, String> {
     let verdicts = |number| verdicts(command, root, target, number);
+    // Leave out claims whose verdict differs between two runs without spoiling.
     let (mut right, again) = (verdicts(0)?, verdicts(0)?);
     right.retain(|id, verdict| {
         let is_steady = again.get(id) == Some(verdict);
@@ -290,9 +297,11 @@ fn turn_all(
         }
         is_steady && !verdict.starts_with("not measurable")
     });
-    // How far each claim turned: not at all, to or from consistent, to what contradicts it.
+    // How much each claim changed: 0 for not at all, 1 for to or from consistent, 2 for a
+    // contradiction.
     let mut far: BTreeMap<&String, u8> = right.keys().map(|id| (id, 0)).collect();
     println!("| spoiled | turned | claims | time |\n|---|---:|---|---:|");
+    // Spoil, and compare the verdicts.
     for (number, spoiling) in spoilings.iter().filter(|(_, s)| !s.continues) {
         let start = Instant::now();
         let found = verdicts(*number)?;
@@ -310,6 +319,7 @@ fn turn_all(
         let (count, list) = (turned.len(), turned.join("; "));
         println!("| {name} | {count} | {list} | {seconds:.0} s |");
     }
+    // Print the claims that changed only to or from consistent.
     let those = |wanted: u8| far.iter().filter(move |(_, far)| **far == wanted);
     for (id, _) in those(1) {
         println!("to or from consistent alone: {id} ({})", right[*id]);
@@ -318,7 +328,8 @@ fn turn_all(
     Ok(never.collect())
 }
 
-/// Spoils each of some that are in one copy, and says what noticed; those that nothing did.
+/// Spoils each of some spoilings that are in one copy, prints what noticed each, and returns those
+/// that nothing noticed.
 fn try_all(root: &Path, target: &Path, spoilings: &[(usize, Spoiling)]) -> io::Result<Vec<String>> {
     let mut survivors = Vec::new();
     for (number, spoiling) in spoilings.iter().filter(|(_, s)| !s.continues) {
@@ -341,12 +352,15 @@ fn try_all(root: &Path, target: &Path, spoilings: &[(usize, Spoiling)]) -> io::R
     Ok(survivors)
 }
 
+/// Tries all spoilings of a table whose texts contain all words, and returns those that nothing
+/// noticed.
 fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, String> {
     let told = |e: io::Error| e.to_string();
     let home = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
         .join("../..")
         .canonicalize()
         .map_err(told)?;
+    // Read the table, and number its spoilings.
     let text = fs::read_to_string(table).map_err(|e| format!("{}: {e}", table.display()))?;
     let has_all = |s: &Spoiling| {
         let all = format!("{} {} {}", s.command, s.file, s.name);
@@ -359,6 +373,7 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
         number += usize::from(!s.continues);
         (number, s)
     });
+    // Spoilings with factors share one copy.
     let (together, alone): (Vec<_>, Vec<_>) = numbered.partition(|(_, s)| s.replaced(0).1 > 0);
     let (root, target) = (folder.join("copy"), folder.join("target"));
     copy(&home, &root).map_err(told)?;
@@ -366,6 +381,7 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
     for (number, spoiling) in &together {
         spoiling.apply(*number, &root)?;
     }
+    // If claims are judged, spoilings without factors are always on.
     let commands: BTreeSet<&str> = together
         .iter()
         .chain(&alone)
@@ -377,6 +393,7 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
         }
         return turn_all(command, &root, &target, &together);
     }
+    // Every command must succeed without spoiling.
     for command in commands {
         if let Ended::Failed(why) = run(command, &root, &target, 0).map_err(told)? {
             return Err(format!(
@@ -386,6 +403,7 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
         }
     }
     println!("| file | spoiled | noticed by | time |\n|---|---|---|---:|");
+    // Try the spoilings with factors, then each of the others in a fresh copy.
     let mut survivors = try_all(&root, &target, &together).map_err(told)?;
     for one in alone {
         copy(&home, &root).map_err(told)?;
@@ -395,7 +413,9 @@ fn spoil(table: &Path, folder: &Path, words: &[String]) -> Result<Vec<String>, S
     Ok(survivors)
 }
 
+/// Reads the command line, and removes the temporary copy at the end.
 fn main() -> ExitCode {
+    // Read the options.
     let mut words: Vec<String> = env::args().skip(1).collect();
     let mut option = |name: &str| {
         let at = words.iter().position(|word| word == name)?;
@@ -405,6 +425,7 @@ fn main() -> ExitCode {
     let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/spoilings");
     let new = || env::temp_dir().join(format!("linelit-spoil-{}", std::process::id()));
     let folder = kept.clone().unwrap_or_else(new);
+    // Try the spoilings, and remove the copy.
     let result = spoil(&table.unwrap_or_else(own), &folder, &words);
     if kept.is_none()
         && folder.exists()
@@ -412,6 +433,7 @@ fn main() -> ExitCode {
     {
         eprintln!("{}: {e}", folder.display());
     }
+    // Print what was not noticed.
     match result {
         Err(why) => {
             eprintln!("{why}");

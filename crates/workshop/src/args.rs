@@ -1,4 +1,4 @@
-//! The command line of the workshop.
+//! The command line of the workshop. The doc comments of arguments are its help.
 
 use clap::{Args, Parser, Subcommand};
 use linelit_cli::args::{ReadArgs, SceneArgs};

@@ -1,4 +1,4 @@
-//! `bench equal-time`: who reaches an error first.
+//! `bench equal-time`: measures error against time, to see which estimator reaches an error first.
 
 use crate::args::BenchArgs;
 use anyhow::{Context, Result, bail};
@@ -13,9 +13,10 @@ use linelit_study::scene_study::{Targets, all_pixels};
 use serde_json::json;
 use std::path::Path;
 
+/// The error of an estimator as a function of its time.
 pub(crate) type Curve = linelit_study::engine::Curve<Settings>;
 
-/// What is compared unless told: rays first; the last competes with all.
+/// The estimators that are compared by default. The last one competes with all others.
 const ESTIMATORS: [&str; 7] = [
     "point-area",
     "point-solid-angle",
@@ -26,7 +27,7 @@ const ESTIMATORS: [&str; 7] = [
     "hybrid",
 ];
 
-/// Measured unless a scene is named.
+/// The scenes that are measured by default.
 const SCENES: [&str; 8] = [
     "grid-planes-small",
     "grid-planes-large",
@@ -38,7 +39,7 @@ const SCENES: [&str; 8] = [
     "colonnade-large",
 ];
 
-/// Prints the curves, and who wins.
+/// Prints the curves, and how the last estimator compares.
 pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     let mut rows = Vec::new();
     let scenes = args.scene.as_deref().map(|name| vec![name]);
@@ -56,6 +57,7 @@ pub(crate) fn run(args: &BenchArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
+/// Measures the requested estimators, or the default ones, on a scene.
 fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
     let estimators = match &args.estimators {
         Some(list) => list.0.clone(),
@@ -64,7 +66,7 @@ fn measure(name: &str, args: &BenchArgs) -> Result<Vec<Curve>> {
     curves(name, &estimators, args)
 }
 
-/// The curves of some estimators on a built-in scene.
+/// Returns the curves of some estimators on a built-in scene.
 pub(crate) fn contest_of<'a>(
     name: &str,
     estimators: impl IntoIterator<Item = &'a str>,
@@ -87,11 +89,13 @@ pub(crate) fn contest_of<'a>(
     curves(name, &parsed(estimators)?, &args)
 }
 
+/// Parses estimators.
 pub(crate) fn parsed<'a>(texts: impl IntoIterator<Item = &'a str>) -> Result<Vec<Estimator>> {
     let parse = |text: &str| text.parse().context("a built-in name");
     texts.into_iter().map(parse).collect()
 }
 
+/// Measures the curves of estimators on a scene.
 fn curves(name: &str, estimators: &[Estimator], args: &BenchArgs) -> Result<Vec<Curve>> {
     let mut scene = args.read.library().load_lit(name)?.scene;
     let Resolution { width, height } = args.resolution;
@@ -99,12 +103,14 @@ fn curves(name: &str, estimators: &[Estimator], args: &BenchArgs) -> Result<Vec<
     let renderer = Renderer::new(&scene);
     let targets = Targets::find(&renderer, &all_pixels(width, height));
     let asked = args.samples.as_ref().map(|counts| &counts.0);
+    // Points have more samples by default than lines.
     let entry = |estimator: &Estimator| {
         let is_points = estimator.to_string().starts_with("point");
         let last = if is_points { 10 } else { 8 };
         let usual = || (0..=last).map(|k| 1 << k).collect();
         (settings(*estimator), asked.cloned().unwrap_or_else(usual))
     };
+    // Compare them with a given picture or with a computed one.
     let what = Contest {
         entries: estimators.iter().map(entry).collect(),
         rounds: args.rounds,
@@ -116,7 +122,7 @@ fn curves(name: &str, estimators: &[Estimator], args: &BenchArgs) -> Result<Vec<
     Ok(contest(&targets, &what))
 }
 
-/// The usual settings with an estimator.
+/// Returns the settings of an estimator.
 pub(crate) fn settings(estimator: Estimator) -> Settings {
     Settings {
         estimator,
@@ -188,7 +194,7 @@ where
     (mean, error)
 }
 
-/// The values of an image at the targets.
+/// Returns the values of an image at the targets.
 fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets<'_>) -> Result<Vec<DVec3>> {
     let image = Image::read(path)?;
     if [image.width, image.height] != [width, height] {
@@ -205,7 +211,8 @@ fn given(path: &Path, [width, height]: [u32; 2], targets: &Targets<'_>) -> Resul
     Ok(targets.points.iter().map(value).collect())
 }
 
-/// The hybrid's worst time to an error, divided by the best of the others' to the same, and where.
+/// Returns the largest ratio of the last estimator's time to an error and the least time in which
+/// another reaches it, with the last one's number of samples there.
 fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
     let (hybrid, others) = curves.split_last()?;
     let ratio = |point: &ContestPoint| {
@@ -217,6 +224,7 @@ fn worst(curves: &[Curve]) -> Option<(f64, u32)> {
     ratios.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
+/// Prints the curves of a scene as a table.
 fn print(
     name: &str,
     args: &BenchArgs,
@@ -229,6 +237,7 @@ fn print(
         false => "relative mean squared error",
     };
     writeln!(out, "{name}: microseconds a point and {error}")?;
+    // Choose the numbers of samples to print.
     let mut counts: Vec<u32> = [1, 4, 16, 64, 256, 1024].to_vec();
     if let Some(curve) = curves.first().filter(|_| args.samples.is_some()) {
         counts = curve.points.iter().map(|p| p.samples).collect();
@@ -238,6 +247,7 @@ fn print(
         write!(out, "{n:>18}")?;
     }
     writeln!(out)?;
+    // Print time and error of each.
     for curve in curves {
         write!(out, "{:38}", curve.settings.estimator.to_string())?;
         for n in &counts {
@@ -260,6 +270,7 @@ fn print(
     writeln!(out)
 }
 
+/// Returns the curves of a scene as JSON.
 fn json_rows(name: &str, curves: &[Curve]) -> Vec<serde_json::Value> {
     let (scene, light) = match name.rsplit_once('-') {
         Some((scene, light @ ("small" | "large"))) => (scene, light),

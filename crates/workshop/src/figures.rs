@@ -1,4 +1,4 @@
-//! `figures`: the table of README, measured by one command on one day.
+//! `figures`: measures the table of README by one command, and writes its page.
 
 use crate::args::FiguresArgs;
 use crate::equal_time::{Curve, contest_of};
@@ -9,10 +9,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::Command;
 
-/// The relative mean squared error that everybody has to reach.
+/// The relative mean squared error that every method has to reach.
 const ERROR: f64 = 1e-4;
 
-/// The scenes, with a word about each; lines lose at equal time in the last.
+/// The scenes, with a few words about each. In the last one, lines are slower at equal error.
 const SCENES: [(&str, &str); 6] = [
     ("cornell-box-large", "two blocks, a large light"),
     ("grid-planes-large", "crossed grids of bars"),
@@ -22,7 +22,8 @@ const SCENES: [(&str, &str); 6] = [
     ("colonnade-large", "a quarter of a million triangles, dense"),
 ];
 
-/// The columns: the best of a few estimators each. Points come first, without and with a shaft.
+/// The columns, each with the estimators of which the best counts. Points come first, without and
+/// with a shaft.
 const COLUMNS: [(&str, &[&str]); 5] = [
     ("shadow rays", &["point-area", "point-solid-angle"]),
     (
@@ -63,7 +64,8 @@ pub(crate) fn run(args: &FiguresArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// The times of a scene, the least in bold; a dash where the error is not reached.
+/// Returns the times of a scene as a row, with the least in bold and a dash where the error is not
+/// reached.
 fn row(curves: &[Curve]) -> String {
     let mut curves = curves.iter();
     let times = COLUMNS.map(|(_, list)| {
@@ -80,7 +82,7 @@ fn row(curves: &[Curve]) -> String {
     times.map(cell).concat()
 }
 
-/// Two digits.
+/// Formats a time with two or three digits.
 fn short(time: f64) -> String {
     match time {
         ..1.0 => format!("{time:.2}"),
@@ -89,7 +91,7 @@ fn short(time: f64) -> String {
     }
 }
 
-/// What a program prints, in one line.
+/// Returns the output of a program, or `unknown`.
 pub(crate) fn said(words: &[&str]) -> String {
     let output = Command::new(words[0]).args(&words[1..]).output();
     let text = output.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
@@ -98,7 +100,7 @@ pub(crate) fn said(words: &[&str]) -> String {
         .unwrap_or_else(|| "unknown".to_owned())
 }
 
-/// The name of the processor, where the system tells.
+/// Returns the name of the processor, where the system reports it.
 pub(crate) fn processor() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = info

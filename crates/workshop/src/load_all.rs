@@ -1,8 +1,8 @@
-//! `linelit load-all`: every scene file below a folder, each in a process of its own.
+//! `load-all`: loads and renders every scene file below a folder, each in a process of its own.
 //!
 //! A file passes if it loads and renders, or is refused with an error. It fails if the process
-//! panics or dies, takes longer than the limit, or more memory than the limit. Time is that of the
-//! processor where the system tells it (Linux), so that a busy machine is not the file's fault.
+//! panics or dies, takes longer than the limit, or more memory than the limit. Where the system
+//! reports it (Linux), processor time counts, so that a busy machine does not make files fail.
 
 use crate::args::LoadAllArgs;
 use anyhow::{Context, Result, bail};
@@ -19,20 +19,21 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The picture that is rendered of each file.
+/// The size of the picture that is rendered of each file.
 const PICTURE: [u32; 2] = [32, 18];
-/// Light samples per shading point and light.
+/// The number of light samples per shading point and light.
 const SAMPLES: u32 = 2;
-/// Pairs of pixel and light that are rendered at most: files with many lights get fewer pixels.
+/// The largest number of pairs of pixel and light that are rendered: files with many lights get
+/// fewer pixels.
 const MAX_PAIRS: usize = 1 << 20;
-/// Triangles of a file: what a process can hold within its memory. Larger scenes are refused with
-/// the loader's own error.
+/// The largest number of triangles of a file that fits into the memory of a process. The loader
+/// refuses larger scenes with its own error.
 const MAX_TRIANGLES: usize = 2 << 20;
-/// Bytes that a process may take at most, in KiB.
+/// The most memory that a process may take, in KiB.
 const MAX_KIB: u64 = 1 << 20;
-/// Ticks of a second in `/proc/PID/stat`: 100 on all of Linux's usual platforms.
+/// The ticks per second in `/proc/PID/stat`: 100 on all usual platforms of Linux.
 const TICKS: f64 = 100.0;
-/// The factor over the limit that a process may take on the wall: it may wait for others.
+/// The factor by which a process may exceed the limit in wall time, as it may wait for others.
 const PATIENCE: f64 = 12.0;
 
 /// The report of a child process on its file, as one line of JSON.
@@ -41,10 +42,11 @@ struct Outcome {
     file: String,
     /// The counts, or the error.
     result: std::result::Result<Counts, String>,
-    /// The most memory that the process held, if the system tells.
+    /// The peak memory of the process in KiB, if the system reports it; else 0.
     peak_kib: u64,
 }
 
+/// The contents of a file that was loaded.
 #[derive(Debug, Serialize, Deserialize)]
 struct Counts {
     triangles: usize,
@@ -52,18 +54,21 @@ struct Counts {
     warnings: usize,
 }
 
-/// Loads and renders every scene file below a folder; prints a line per file.
+/// Loads and renders every scene file below a folder, and prints a line per file.
 pub(crate) fn run(args: &LoadAllArgs, out: &mut Output) -> Result<()> {
+    // This is a child process.
     if args.one {
         writeln!(out, "{}", serde_json::to_string(&attempt(&args.dir))?)?;
         return Ok(());
     }
+    // Find the files.
     let mut files = Vec::new();
     collect(&args.dir, &mut files);
     files.sort();
     if files.is_empty() {
         bail!("no scene files below {}", args.dir.display());
     }
+    // Start a process for each.
     let mut failures = 0;
     for file in &files {
         let name = file.strip_prefix(&args.dir).unwrap_or(file).display();
@@ -83,7 +88,7 @@ pub(crate) fn run(args: &LoadAllArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// The line of a file that passed.
+/// Returns the line about a file that passed.
 fn line(result: &std::result::Result<Counts, String>) -> String {
     let several = |n: usize, what: &str| {
         let plural = if n == 1 { "" } else { "s" };
@@ -96,7 +101,8 @@ fn line(result: &std::result::Result<Counts, String>) -> String {
             several(c.lights, "light"),
             several(c.warnings, "warning")
         ),
-        // What and where; the excerpt is for those who load the file by itself.
+        // Print the message and the position; an excerpt is shown to those who load the file by
+        // itself.
         Err(error) => {
             let mut lines = error.lines().map(str::trim);
             let what = lines.next().unwrap_or("error");
@@ -106,7 +112,8 @@ fn line(result: &std::result::Result<Counts, String>) -> String {
     }
 }
 
-/// All files below a folder whose names end like a scene's; a file stands for itself.
+/// Adds all files below a folder whose names end like a scene's; a path that is no folder is added
+/// as it is.
 fn collect(path: &Path, files: &mut Vec<PathBuf>) {
     if !path.is_dir() {
         files.push(path.to_owned());
@@ -117,7 +124,7 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) {
     };
     for path in entries.filter_map(|e| e.ok().map(|e| e.path())) {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        // Links to folders may lead in circles.
+        // Links to folders are not followed, as they may lead in circles.
         let descend = path.is_dir() && !path.is_symlink();
         if descend || (path.is_file() && Format::from_extension(extension).is_some()) {
             collect(&path, files);
@@ -125,7 +132,7 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Loads and renders one file: what the child does.
+/// Loads and renders one file. The child process runs this.
 fn attempt(file: &Path) -> Outcome {
     let result = load_and_render(file).map_err(|e| e.to_string());
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -136,6 +143,7 @@ fn attempt(file: &Path) -> Outcome {
     }
 }
 
+/// Loads a file and renders a small picture of it.
 fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     let options = LoadOptions {
         max_triangles: MAX_TRIANGLES,
@@ -147,6 +155,7 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     if lights == 0 {
         linelit_formats::add_framing_light(&mut scene);
     }
+    // Use fewer pixels if there are many lights.
     let pixels = (PICTURE[0] * PICTURE[1]) as usize;
     let coarse = (pixels * scene.lights.len()).div_ceil(MAX_PAIRS).max(1);
     #[allow(
@@ -156,6 +165,7 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     let side = |n: u32| (f64::from(n) / (coarse as f64).sqrt()).ceil().max(1.0) as u32;
     let [width, height] = PICTURE.map(side);
     scene.set_resolution(width, height);
+    // Render, and check that all values are finite.
     let settings = Settings {
         samples: SAMPLES,
         ..Settings::default()
@@ -172,7 +182,8 @@ fn load_and_render(file: &Path) -> std::result::Result<Counts, SceneError> {
     })
 }
 
-/// Returns the report of a child process on a file; an error for what must not happen.
+/// Returns the report of a child process on a file, or an error if the process failed or exceeded a
+/// limit.
 fn in_child(file: &Path, seconds: f64) -> Result<Outcome> {
     let program = std::env::current_exe().context("finding the program itself")?;
     let mut child = Command::new(program)
@@ -183,12 +194,14 @@ fn in_child(file: &Path, seconds: f64) -> Result<Outcome> {
         .stderr(Stdio::piped())
         .spawn()
         .context("starting a process for the file")?;
+    // Wait for it, or end it when it exceeds a limit.
     let watched = watch(&mut child, seconds);
     if watched.is_err() {
         child.kill().context("ending the process")?;
     }
     let output = child.wait_with_output().context("waiting for the end")?;
     watched?;
+    // Read its report, or why it panicked.
     let text = String::from_utf8_lossy(&output.stdout);
     let Ok(outcome) = serde_json::from_str::<Outcome>(text.trim()) else {
         let noise = String::from_utf8_lossy(&output.stderr);
@@ -204,7 +217,7 @@ fn in_child(file: &Path, seconds: f64) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// Waits until a process ends, or takes too much.
+/// Waits until a process ends, or exceeds a limit.
 fn watch(child: &mut Child, seconds: f64) -> Result<()> {
     let start = Instant::now();
     let folder = PathBuf::from(format!("/proc/{}", child.id()));
@@ -225,12 +238,13 @@ fn watch(child: &mut Child, seconds: f64) -> Result<()> {
     Ok(())
 }
 
-/// Seconds that a process has run, in and out of the kernel.
+/// Returns the seconds that a process has run, in user and kernel mode.
 fn processor_seconds(folder: &Path) -> Option<f64> {
     let mut text = String::new();
     let mut file = std::fs::File::open(folder.join("stat")).ok()?;
     file.read_to_string(&mut text).ok()?;
-    // The name in brackets may hold anything; user and system time are the 12th and 13th behind it.
+    // The name in parentheses may contain anything; user and system time are the 12th and 13th
+    // field after it.
     let (_, numbers) = text.rsplit_once(')')?;
     let mut numbers = numbers.split_ascii_whitespace().skip(11);
     let mut ticks = || numbers.next()?.parse::<f64>().ok();

@@ -1,5 +1,5 @@
-//! `pictures`: the pictures of README and gallery, by points and lines of the same time and without
-//! noise.
+//! `pictures`: draws the pictures of README and gallery: by points and lines of the same time, and
+//! without noise.
 
 use crate::args::PicturesArgs;
 use anyhow::{Context as _, Result, bail};
@@ -15,39 +15,42 @@ use linelit_study::report::plot_files;
 use linelit_study::scene_study::{StudySpec, render, with_work};
 use std::fs;
 
-/// Pixels on the longer side of a picture.
+/// The longer side of a picture, in pixels.
 const SIDE: u32 = 480;
-/// Camera samples of a pixel and lines of each, in the gallery and in README.
+/// The camera samples of a pixel and the lines of each sample, in the gallery and in README.
 const GALLERY: [u32; 2] = [16, 4];
 const README: [u32; 2] = [4, 1];
-/// Lines of a camera sample in place of the closed form: where a scene has none, and where that
-/// takes so many times as long as the lines that are shown.
+/// The number of lines per camera sample in the true picture where the closed form takes more than
+/// `SLOW` times as long as the lines that are shown. Elsewhere `exact` draws at most 16 lines where
+/// it has no closed form.
 const TRUTH: u32 = 64;
 const SLOW: f64 = 20.0;
-/// README's scenes: by points and lines, without noise, and that of its plot.
+/// README's scenes: by points and lines, without noise, and for the plot.
 const COMPARED: &str = "colonnade-line";
 const EXACT: &str = "colonnade-large";
 const PLOTTED: &str = "grid-planes-large";
-/// The share of the picture's width that is magnified in its corner, and the magnification.
+/// The fraction 1/`INSET[0]` of the picture's width that is magnified in its corner, and the
+/// magnification.
 const INSET: [u32; 2] = [8, 3];
 
-/// A scene by points and lines of the same time, and without noise.
+/// Three pictures of a scene: by points and by lines of the same time, and without noise.
 struct Triple {
-    /// Shadow rays of a camera sample that take as long as the lines of `hybrid`.
+    /// The number of shadow rays per camera sample that take as long as the lines of `hybrid`.
     rays: u32,
     images: [Image; 3],
-    /// Root mean square errors of points and lines, where white is one.
+    /// The root mean square errors of points and lines, where white is one.
     errors: [f64; 2],
     exposure: Exposure,
 }
 
-/// Draws the pictures, or says which are of an old state.
+/// Draws the pictures, or with `--check` fails if some are out of date.
 pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
     let library = args.read.library();
     let page = args.out.with_file_name("gallery.md");
     let mut text = fs::read_to_string(&page)?;
     let mut files = Vec::new();
     let is_asked = |name: &str| args.scene.as_ref().is_none_or(|only| only == name);
+    // Draw the scenes of the gallery, and update their rows on its page.
     for built_in in BuiltIn::ALL.iter().filter(|b| is_asked(b.name)) {
         let known = known_rays(&text, built_in.name).filter(|_| args.check);
         let triple = Triple::new(&library, built_in.name, GALLERY, known)?;
@@ -64,6 +67,7 @@ pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
             encode_png(&triple.strips(), triple.exposure)?,
         ));
     }
+    // Draw the pictures of README.
     if !args.check {
         if is_asked(COMPARED) {
             files.extend(compared(&library, out)?);
@@ -79,7 +83,7 @@ pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
         }
         write_atomically(&page, text.as_bytes())?;
     }
-    // Pixels count, not bytes: a file that is kept may be compressed further.
+    // Find the files whose pixels changed. Bytes do not matter, as files may be compressed further.
     let is_old = |(name, bytes): &&(String, Vec<u8>)| {
         let kept = fs::read(args.out.join(name)).unwrap_or_default();
         let pixels = |bytes: &[u8]| Some(decode_picture(name, bytes)?.ok()?.pixels);
@@ -93,6 +97,7 @@ pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
             names.join(", ")
         );
     }
+    // Write them.
     for (name, bytes) in &old {
         write_atomically(&args.out.join(name), bytes)?;
     }
@@ -106,7 +111,7 @@ pub(crate) fn run(args: &PicturesArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Points and lines of the same time, for README; says how many rays these are.
+/// Draws points and lines of the same time for README, and prints the number of rays.
 fn compared(library: &Library, out: &mut Output) -> Result<Vec<(String, Vec<u8>)>> {
     let triple = Triple::new(library, COMPARED, README, None)?;
     let (rays, [points, lines]) = (triple.rays, triple.errors);
@@ -120,7 +125,7 @@ fn compared(library: &Library, out: &mut Output) -> Result<Vec<(String, Vec<u8>)
     files.collect()
 }
 
-/// Puts a row of the gallery in place of the one that shows the same picture.
+/// Replaces the row of the gallery that shows the same picture.
 fn replace_row(text: &mut String, row: &str) {
     let picture = row.split_inclusive(')').next().unwrap_or_default();
     let line = text.lines().find(|line| line.starts_with(picture));
@@ -129,7 +134,7 @@ fn replace_row(text: &mut String, row: &str) {
     }
 }
 
-/// The shadow rays that a page tells of a scene.
+/// Returns the number of shadow rays that the gallery's page states for a scene.
 fn known_rays(page: &str, scene: &str) -> Option<u32> {
     let row = page
         .lines()
@@ -138,6 +143,8 @@ fn known_rays(page: &str, scene: &str) -> Option<u32> {
 }
 
 impl Triple {
+    /// Draws the three pictures of a scene. `rays` is the number of shadow rays, which is measured
+    /// if it is not given.
     fn new(
         library: &Library,
         name: &str,
@@ -157,8 +164,8 @@ impl Triple {
         };
         let points = |samples| by("point-area".parse().unwrap_or(Estimator::hybrid()), samples);
         let lines = by(Estimator::hybrid(), lines);
+        // Find how many rays take as long as the lines; time grows linearly with the rays.
         let rays = rays.unwrap_or_else(|| {
-            // Time grows with the rays along a straight line.
             let [one, eight] = [1, 8].map(|n| seconds(&renderer, &points(n), [width, height]));
             let wanted = seconds(&renderer, &lines, [width, height]);
             let more = ((wanted - one) / ((eight - one) / 7.0)).max(0.0);
@@ -170,6 +177,7 @@ impl Triple {
             let more = more.min(1000.0).round() as u32;
             1 + more
         });
+        // Take many lines instead of the closed form if that is too slow.
         let window = Tile::whole(width, height);
         let picture =
             |settings: &Settings| render(&renderer, settings, window, &ProgressBar::hidden());
@@ -180,6 +188,7 @@ impl Triple {
             true => by(Estimator::hybrid(), TRUTH),
             false => by(Estimator::exact(), TRUTH.min(16)),
         };
+        // Render, and measure the errors as they are shown.
         let images = [&points(rays), &lines, &exact].map(|settings| picture(settings).0);
         let [points, lines, truth] = &images;
         let exposure = Exposure::fitting(truth, 0.97);
@@ -192,13 +201,14 @@ impl Triple {
         })
     }
 
-    /// One picture whose left third is by points, the middle by lines, the right without noise.
+    /// Returns one picture whose left third is by points, the middle by lines, and the right
+    /// without noise.
     fn strips(&self) -> Image {
         let mut image = self.images[0].clone();
         let width = image.width as usize;
         for (k, pixel) in image.rgb.iter_mut().enumerate() {
             let of = (k % width) * 3 / width;
-            // A thin white line between them.
+            // Draw a thin white line between them.
             let next = ((k + 1) % width) * 3 / width;
             *pixel = if next > of {
                 [f32::MAX; 3]
@@ -209,13 +219,14 @@ impl Triple {
         image
     }
 
-    /// Points and lines, with the place where points err most, beside how much the truth changes
-    /// there, magnified in a corner.
+    /// Returns points and lines, with a square magnified in a corner: where points err most in
+    /// comparison with how much the true picture itself changes there.
     fn magnified(&self) -> Vec<Image> {
         let [points, _, truth] = &self.images;
         let (width, height) = (points.width as usize, points.height as usize);
         let [part, times] = INSET.map(|x| x as usize);
         let side = width / part;
+        // Rate a square by its noise, and by its changes between neighbours.
         let error = |[x0, y0]: [usize; 2]| -> f64 {
             let rows = y0..y0 + side;
             let pixels = rows.flat_map(|y| (x0 + 1..x0 + side).map(move |x| y * width + x));
@@ -228,15 +239,16 @@ impl Triple {
                 .fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
             noise * noise / (noise + change).max(f64::MIN_POSITIVE)
         };
+        // Find the worst square.
         let steps = |size: usize| (0..=(size - side) / side).map(move |i| i * side);
         let places = steps(height).flat_map(|y| steps(width).map(move |x| [x, y]));
         let worst = places
             .max_by(|a, b| error(*a).total_cmp(&error(*b)))
             .unwrap_or_default();
+        // Copy it, magnified and with a white border, into the upper corner that is farther away.
         let with_inset = |image: &Image| {
             let mut out = image.clone();
             let size = side * times;
-            // In the upper corner that is farther away.
             let left = if worst[0] > width / 2 {
                 0
             } else {
@@ -260,7 +272,7 @@ impl Triple {
     }
 }
 
-/// Seconds on the processor of one thread for each eighth row.
+/// Returns the processor seconds of one thread for every eighth row.
 fn seconds(renderer: &Renderer<'_>, settings: &Settings, [width, height]: [u32; 2]) -> f64 {
     let mut workspace = Workspace::new();
     let mut row = vec![linelit_geometry::DVec3::ZERO; width as usize];
@@ -271,12 +283,13 @@ fn seconds(renderer: &Renderer<'_>, settings: &Settings, [width, height]: [u32; 
     clock.seconds()
 }
 
+/// Returns the squared distance of two colours.
 fn square(a: [f32; 3], b: [f32; 3]) -> f64 {
     let differences = a.into_iter().zip(b).map(|(a, b)| f64::from(a - b));
     differences.map(|d| d * d).sum()
 }
 
-/// The root mean square error of a picture as it is shown, where white is one.
+/// Returns the root mean square error of a picture as it is shown, where white is one.
 fn error(image: &Image, truth: &Image, scale: f64) -> f64 {
     #[allow(clippy::cast_possible_truncation, reason = "a few doublings")]
     let shown = |pixel: [f32; 3]| pixel.map(|x| (x * scale as f32).min(1.0));
@@ -285,7 +298,7 @@ fn error(image: &Image, truth: &Image, scale: f64) -> f64 {
     (errors.sum::<f64>() / (3.0 * truth.rgb.len() as f64)).sqrt()
 }
 
-/// How errors fall with samples.
+/// Returns the plot of error over samples.
 fn plot(library: &Library) -> Result<Vec<u8>> {
     let spec = StudySpec {
         scenes: vec![PLOTTED.to_owned()],

@@ -1,4 +1,4 @@
-//! The workshop's commands, as `cargo xtask` starts them.
+//! The commands of the workshop, started as `cargo xtask` starts them.
 
 use linelit_testkit::folder::Folder;
 use std::process::{Command, Output};
@@ -97,7 +97,7 @@ fn every_file_of_a_folder_is_loaded_and_rendered() {
     assert!(lines[1].starts_with("inner/bad.ply: error: `x` is not a number of rows ("));
     assert!(lines[1].ends_with("bad.ply:3:1)"), "{out}");
 
-    // Whoever has no time at all fails, and so does the whole.
+    // A file without any time fails, and so does the whole command.
     let output = workshop(&["load-all", dir.to_str().unwrap(), "--seconds", "1e-9"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stdout).contains("FAILED: took more than "));

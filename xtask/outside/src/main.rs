@@ -1,6 +1,6 @@
-//! The example `engine` of linelit outside of the workspace, on linelit's packages, with vectors of
-//! glam 0.29 and random numbers of rand 0.8: `cargo xtask test package outside`, a part of
-//! `--long`, builds and runs it.
+//! The example `engine` of linelit as a program outside of the workspace, which uses linelit's
+//! packages together with vectors of glam 0.29 and random numbers of rand 0.8. `cargo xtask test
+//! package outside`, a part of `--long`, builds and runs it.
 
 use glam::DVec3;
 use linelit::geometry::{vector, ConvexPolygon};
@@ -18,19 +18,20 @@ type Vector = DVec3;
 /// The floor's normal, and its albedo over π.
 const UP: Vector = DVec3::Z;
 const REFLECTED: f64 = 0.5 / PI;
-/// What the lamp emits.
+/// The radiance that the lamp emits.
 const RADIANCE: f64 = 10.0;
 
-/// A box and the triangles in it.
+/// The lower and upper corner of a box, and the triangles in it.
 type Boxed = ([f32; 3], [f32; 3], Vec<[[f32; 3]; 3]>);
 
-/// Triangles under boxes, one for each part of the table: the engine's hierarchy.
+/// The engine's scene: a lamp, and triangles in boxes, one for each part of a table.
 struct Engine {
     boxes: Vec<Boxed>,
     lamp: ConvexPolygon,
 }
 
 impl Engine {
+    /// Creates a table under a lamp.
     fn new() -> Self {
         let lamp = ConvexPolygon::parallelogram([-0.5, -0.5, 3.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
         let mut engine = Self { boxes: Vec::new(), lamp: lamp.expect("a square") };
@@ -41,6 +42,7 @@ impl Engine {
         engine
     }
 
+    /// Adds a box with the twelve triangles of its faces.
     fn add_box(&mut self, low: [f32; 3], high: [f32; 3]) {
         let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { low[k] } else { high[k] });
         let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
@@ -49,7 +51,8 @@ impl Engine {
         self.boxes.push((low, high, triangles));
     }
 
-    /// Whether a ray of the engine, from `x` along `d` up to t = 1, is free: Möller and Trumbore.
+    /// Returns whether the engine's ray from `x` along `d` up to t = 1 meets no triangle (by Möller
+    /// and Trumbore's test).
     fn is_free(&self, x: Vector, d: Vector) -> bool {
         !self.boxes.iter().flat_map(|(_, _, all)| all).any(|t| {
             let [a, b, c] = t.map(|v| DVec3::from_array(v.map(f64::from)));
@@ -61,7 +64,7 @@ impl Engine {
         })
     }
 
-    /// Where a direction from `x` meets the lamp, as a vector from `x`.
+    /// Returns the vector from `x` to the point where a direction meets the lamp, if it does.
     fn to_lamp(&self, x: Vector, d: Vector) -> Option<Vector> {
         let t = (3.0 - x.z) / d.z;
         let to = d * t;
@@ -69,7 +72,7 @@ impl Engine {
         (t > 0.0 && meets(0) && meets(1)).then_some(to)
     }
 
-    /// One point of the lamp by solid angle, and a ray.
+    /// Estimates the light at `x` by one point of the lamp, uniform in solid angle, and a ray.
     fn by_points(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
         let sample = SolidAngleSampler::new(&self.lamp, vector(x.to_array())).sample(random.gen());
         let d = DVec3::from(sample.point.to_array()) - x;
@@ -79,14 +82,16 @@ impl Engine {
         RADIANCE * REFLECTED * UP.dot(d.normalize()) / sample.pdf.value()
     }
 
-    /// One line of the lamp, along what of it is visible past the triangles in between.
+    /// Estimates the light at `x` by one line of the lamp, integrating along its visible parts.
     fn by_lines(&self, x: Vector, random: &mut Pcg64Mcg, room: &mut Room) -> f64 {
         let sampler = LineSampler::new(&self.lamp, random.gen_range(0.0..PI), OffsetDensity::Uniform);
         let sample = sampler.sample(random.gen());
+        // Gather the triangles in boxes that may be between the point and the lamp.
         let between = Between::new(x.to_array(), &self.lamp);
         let boxes = self.boxes.iter();
         let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));
         let occluders = Occluders::from_triangles(boxes.flat_map(|(_, _, all)| all).copied());
+        // Find the visible parts of the line, and integrate the reflected light along them.
         let mut shaft = occluders.shaft(ShaftQuery::new(x.to_array(), &self.lamp), &mut room.scratch);
         shaft.visible(&[sample.segment], &mut room.visible);
         let (line, down) = (sample.segment.relative_to(vector(x.to_array())), self.lamp.normal());
@@ -97,7 +102,8 @@ impl Engine {
         RADIANCE * along.sum::<f64>() / sample.pdf.value()
     }
 
-    /// One point of the lamp and one direction of the floor, weighted by the balance heuristic.
+    /// Estimates the light at `x` by one point of the lamp and one direction sampled by the cosine,
+    /// weighted by the balance heuristic.
     fn by_both(&self, x: Vector, random: &mut Pcg64Mcg) -> f64 {
         let technique = SolidAngleSampler::new(&self.lamp, vector(x.to_array()));
         let point = DVec3::from(technique.sample(random.gen()).point.to_array()) - x;
@@ -117,21 +123,21 @@ impl Engine {
     }
 }
 
-/// What lines need from one point to the next.
+/// The memory that lines reuse from one point to the next.
 #[derive(Default)]
 struct Room {
     scratch: Scratch,
     visible: VisibleLines,
 }
 
-/// Pixels of the floor along each side, 4 by 4 metres.
+/// The number of pixels along each side of the floor, which is 4 by 4 metres.
 const SIDE: u32 = 16;
-/// Samples of a pixel, each way.
+/// The number of samples of a pixel by each of the three estimators.
 const SAMPLES: u32 = 400;
 
 pub(crate) fn main() -> ExitCode {
     let (engine, mut room, mut random) = (Engine::new(), Room::default(), Pcg64Mcg::seed_from_u64(1));
-    // Sums of the three ways and their variances, over the floor and its darkest pixels.
+    // The sums over the floor of the three estimates and of their variances.
     let (mut sums, mut picture) = ([[0.0; 2]; 3], String::new());
     for row in 0..SIDE {
         for column in 0..SIDE {
@@ -163,7 +169,7 @@ pub(crate) fn main() -> ExitCode {
     for ([mean, variance], name) in sums.iter().zip(["points", "lines", "both"]) {
         println!("{name:>6} {mean:.4} ± {:.4}", variance.sqrt());
     }
-    // Three comparisons, one false alarm in 10⁵ runs of other seeds.
+    // Compare each pair; of runs with other seeds, one in 10⁵ would fail by chance.
     let z = |i: usize, j: usize| (sums[i][0] - sums[j][0]) / (sums[i][1] + sums[j][1]).sqrt();
     let worst = [z(0, 1), z(1, 2), z(2, 0)].into_iter().fold(0.0, |w: f64, z| w.max(z.abs()));
     println!("they differ by {worst:.2} standard errors at most");

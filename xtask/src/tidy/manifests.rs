@@ -1,21 +1,22 @@
-//! Rules about who depends on whom, and what a manifest says.
+//! Rules about the dependencies between crates, and about their manifests.
 
 use super::{House, Member, section};
 use std::collections::BTreeSet;
 
-/// The name of a dependency from its line, which all are: `name.workspace = true`, or
-/// `name = { workspace = true, … }`.
+/// Returns the name of a dependency from its line, which must have the form `name.workspace = true`
+/// or `name = { workspace = true, … }`.
 fn name(line: &str) -> &str {
     line.split(['.', ' ', '=']).next().unwrap_or_default()
 }
 
-/// Checks that the table of crates in `docs/architecture.md` agrees with the manifests: crates of
-/// ours in the last column but one, those of others in the last.
+/// Checks that the table of crates in `docs/architecture.md` agrees with the manifests: our crates
+/// are in the last column but one, other crates in the last.
 pub(super) fn dependency_table(house: &House) -> Vec<String> {
     let page = house.text("docs/architecture.md");
     let mut problems = Vec::new();
     for member in &house.members {
         let owner = &member.owner;
+        // Read the last two cells of the crate's row.
         let row = page
             .lines()
             .find_map(|l| l.strip_prefix(&format!("| `{owner}` |")));
@@ -23,6 +24,7 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
         let last_two = cells[cells.len().saturating_sub(2)..].iter();
         let names = last_two.flat_map(|cell| cell.trim().split(", "));
         let said: BTreeSet<&str> = names.filter(|n| !["–", ""].contains(n)).collect();
+        // Compare them with the manifest.
         let known = member.section("dependencies").map(name);
         let known: BTreeSet<&str> = known
             .map(|n| n.strip_prefix("linelit-").unwrap_or(n))
@@ -40,6 +42,8 @@ pub(super) fn dependency_table(house: &House) -> Vec<String> {
 /// The keys that crates.io requires of a published crate.
 const WANTED: &str = "description readme license repository keywords categories rust-version";
 
+/// Checks that each manifest uses the workspace's lints and versions, writes each dependency in one
+/// line, and has all keys that crates.io requires.
 pub(super) fn hygiene(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in &house.members {
@@ -49,7 +53,7 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
             complain("[lints] workspace = true is missing".to_owned());
         }
         for line in dependencies(member).filter(|_| shared) {
-            // A crate that is published after this one, for its tests, has a path alone.
+            // A dependency of the tests that is published after this crate has only a path.
             let is_later = line.contains(".path = \"../");
             if !line.contains("workspace = true") && !is_later {
                 complain(format!("`{line}`: versions stand in the root manifest"));
@@ -68,11 +72,13 @@ pub(super) fn hygiene(house: &House) -> Vec<String> {
     problems
 }
 
+/// Returns the lines of all dependencies.
 fn dependencies(member: &Member) -> impl Iterator<Item = &str> {
     let sections = ["dependencies", "dev-dependencies", "build-dependencies"];
     sections.into_iter().flat_map(|s| member.section(s))
 }
 
+/// Checks that each dependency of the workspace is used by a crate.
 pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
     let text = house.text("Cargo.toml");
     let used: BTreeSet<&str> = house
@@ -88,8 +94,8 @@ pub(super) fn unused_workspace_dependencies(house: &House) -> Vec<String> {
         .collect()
 }
 
-/// A table of features on the front page of a crate has one row for each feature of the manifest,
-/// marks the default ones, and names the modules that the feature turns on.
+/// Checks the tables of features on the front pages of crates: a table has one row for each feature
+/// of the manifest, marks the default ones, and names the modules that the feature turns on.
 pub(super) fn feature_tables(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in &house.members {
@@ -98,6 +104,7 @@ pub(super) fn feature_tables(house: &House) -> Vec<String> {
             continue;
         };
         let at = format!("crates/{}/README.md", member.owner);
+        // Read the rows, and compare them with the features.
         let rows = table.lines().skip(2).take_while(|l| l.starts_with('|'));
         let rows: Vec<_> = rows.filter_map(|l| l[1..].split_once('|')).collect();
         let defaults = member
@@ -114,7 +121,8 @@ pub(super) fn feature_tables(house: &House) -> Vec<String> {
         let found: BTreeSet<_> = rows.iter().map(|(name, _)| (*name).to_owned()).collect();
         let differing = wanted.symmetric_difference(&found);
         problems.extend(differing.map(|f| format!("{at}: the row of the feature{f}differs")));
-        // `#[cfg(feature = "x")] pub use linelit_y as y;`
+        // Check that the row of each feature names its modules: `#[cfg(feature = "x")] pub use
+        // linelit_y as y;`
         let lib = house.text(&format!("crates/{}/src/lib.rs", member.owner));
         for (guard, item) in lib.lines().zip(lib.lines().skip(1)) {
             let module = item.strip_suffix(';').and_then(|i| i.rsplit_once(" as "));
@@ -145,9 +153,9 @@ mod tests {
             owner: "x".to_owned(),
             manifest: manifest.to_owned(),
         });
-        // Lints, a version of its own, all that crates.io wants.
+        // The lints, the dependency with its own version, and the keys that crates.io requires.
         assert_eq!(hygiene(&house).len(), 2 + WANTED.split(' ').count());
-        // There is no page to have a row, or glam in it.
+        // The page is missing, and with it the row and glam in it.
         assert_eq!(dependency_table(&house).len(), 2);
     }
 }

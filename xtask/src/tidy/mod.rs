@@ -1,6 +1,6 @@
-//! The house rules as tests: what `docs/architecture.md` calls invariants and no lint can see.
+//! The house rules as tests: the invariants in `docs/architecture.md` that no lint can check.
 //!
-//! Each rule is a function from the [`House`] to a list of problems, each with its place.
+//! Each rule is a function from the [`House`] to a list of problems, each with its position.
 
 mod manifests;
 mod ratchet;
@@ -14,7 +14,8 @@ use std::process::Command;
 /// The files that the rules check.
 pub(crate) struct House {
     root: PathBuf,
-    /// Under version control or about to be, relative to the root, with `/`.
+    /// The files that are under version control or untracked but not ignored, relative to the root,
+    /// with `/`.
     files: Vec<String>,
     pub(crate) members: Vec<Member>,
     sources: Vec<Source>,
@@ -27,20 +28,20 @@ pub(crate) struct Member {
     manifest: String,
 }
 
-/// One Rust file.
+/// A Rust file.
 struct Source {
     path: String,
     /// The folder of its crate.
     owner: String,
     text: String,
-    /// The code of files below `src`, without comments and tests; empty for others.
+    /// The code of files below `src`, without comments and tests; empty for other files.
     code: String,
 }
 
 /// A rule, which returns the problems that it finds.
 type Rule = fn(&House) -> Vec<String>;
 
-/// Everything that breaks a house rule; empty when the house is tidy.
+/// Returns all violations of the house rules; none if the house is tidy.
 pub(crate) fn problems(root: &Path) -> Vec<String> {
     let house = match House::read(root) {
         Ok(house) => house,
@@ -72,24 +73,27 @@ pub(crate) fn problems(root: &Path) -> Vec<String> {
     all
 }
 
-/// Lowers the ratchet's figures to what they are now, and returns how many fell.
+/// Lowers the ratchet's figures to their current values, and returns how many fell.
 pub(crate) fn lower_ratchet(root: &Path) -> Result<usize, String> {
     ratchet::lower(&House::read(root)?, root)
 }
 
 impl House {
+    /// Reads the files of the repository.
     pub(crate) fn read(root: &Path) -> Result<Self, String> {
+        // List the files by git.
         let list = "ls-files -z --cached --others --exclude-standard".split(' ');
         let listed = Command::new("git").current_dir(root).args(list).output();
         let listed = listed.ok().filter(|o| o.status.success());
         let listed = listed.ok_or("`git ls-files` does not say which files are ours")?;
         let mut files: Vec<String> = String::from_utf8_lossy(&listed.stdout)
             .split_terminator('\0')
-            // What was removed and is not committed yet is listed, too.
+            // Removed files are listed until the removal is committed.
             .filter(|path| root.join(path).exists())
             .map(str::to_owned)
             .collect();
         files.sort();
+        // Read the manifests and the Rust files.
         let text = |path: &String| fs::read_to_string(root.join(path)).unwrap_or_default();
         let members = files.iter().filter_map(|path| {
             let folder = path.strip_suffix("/Cargo.toml")?;
@@ -106,30 +110,30 @@ impl House {
         })
     }
 
-    /// The text of a file, none if it is not text.
+    /// Returns the text of a file; empty if it is not text.
     fn text(&self, path: &str) -> String {
         fs::read_to_string(self.root.join(path)).unwrap_or_default()
     }
 
-    /// Packages that crates.io would get.
+    /// Returns the packages that are published on crates.io.
     pub(crate) fn published(&self) -> impl Iterator<Item = &str> {
         let members = self.members.iter().filter(|m| m.is_published());
         members.map(Member::package)
     }
 
-    /// Packages that are for this repository alone.
+    /// Returns the packages that are only for this repository.
     pub(crate) fn unpublished(&self) -> impl Iterator<Item = &str> {
         let members = self.members.iter().filter(|m| !m.is_published());
         members.map(Member::package)
     }
 
-    /// The version of all crates.
+    /// Returns the version of all crates.
     pub(crate) fn version(&self) -> String {
         let text = self.text("Cargo.toml");
         quoted(section(&text, "workspace.package"), "version").to_owned()
     }
 
-    /// The front pages of libraries for Rust.
+    /// Returns the front pages (`lib.rs`) of all libraries for Rust.
     fn libraries(&self) -> impl Iterator<Item = &Source> {
         let is_apart = |s: &Source| {
             let mut members = self.members.iter();
@@ -141,26 +145,28 @@ impl House {
 }
 
 impl Member {
-    /// Whether it is a workspace of its own, which what builds Python's packages needs.
+    /// Returns whether the crate is a workspace of its own, as the builder of Python's packages
+    /// needs.
     fn is_apart(&self) -> bool {
         self.manifest.lines().any(|line| line == "[workspace]")
     }
 
-    /// The lines of a section of the manifest, without comments.
+    /// Returns the lines of a section of the manifest, without comments.
     fn section<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
         section(&self.manifest, name)
     }
 
+    /// Returns whether the crate is published on crates.io.
     pub(crate) fn is_published(&self) -> bool {
         !self.section("package").any(|l| l == "publish = false")
     }
 
-    /// `package.name`.
+    /// Returns `package.name`.
     pub(crate) fn package(&self) -> &str {
         quoted(self.section("package"), "name")
     }
 
-    /// Features, but for `default`.
+    /// Returns the features, except `default`.
     pub(crate) fn features(&self) -> Vec<&str> {
         let lines = self.section("features");
         let names = lines.filter_map(|line| Some(line.split_once(" = ")?.0));
@@ -168,13 +174,14 @@ impl Member {
     }
 }
 
-/// The text of a key, none if there is no such line.
+/// Returns the text of a key; empty if there is no such line.
 fn quoted<'a>(mut lines: impl Iterator<Item = &'a str>, key: &str) -> &'a str {
     let of_key = |line: &'a str| line.strip_prefix(key)?.strip_prefix(" = ");
     lines.find_map(of_key).unwrap_or("").trim_matches('"')
 }
 
-/// The lines of the sections of a manifest whose header ends so, without comments.
+/// Returns the lines of the sections of a manifest whose header ends with this name, without
+/// comments.
 fn section<'a>(manifest: &'a str, name: &'a str) -> impl Iterator<Item = &'a str> {
     let mut inside = false;
     manifest.lines().map(str::trim).filter(move |line| {
@@ -205,7 +212,7 @@ impl Source {
         }
     }
 
-    /// One problem for each line in which a predicate holds.
+    /// Returns a problem for each line in which a predicate holds.
     fn complain(&self, holds: impl Fn(&str) -> bool, why: &str) -> Vec<String> {
         let lines = self
             .text
@@ -218,7 +225,8 @@ impl Source {
     }
 }
 
-/// A file up to its module of tests (which stands last: clippy's `items_after_test_module`).
+/// Returns a file up to its module of tests (which is the last item: clippy's
+/// `items_after_test_module`).
 fn before_tests(text: &str) -> &str {
     let opens_module = |line: &str| {
         let line = line.trim_start().trim_start_matches("pub(crate) ");
@@ -236,7 +244,7 @@ fn before_tests(text: &str) -> &str {
     text
 }
 
-/// A file up to its module of tests, each line up to its comment.
+/// Returns a file up to its module of tests, with each line up to its comment.
 fn code_of(text: &str) -> String {
     let lines = before_tests(text).lines();
     let code = lines.flat_map(|line| line.split("//").next());
@@ -248,7 +256,7 @@ mod tests {
     use super::*;
 
     impl House {
-        /// A house of one file, to try rules on.
+        /// Returns a house with one file, for tests of rules.
         pub(super) fn of(path: &str, text: &str) -> Self {
             Self {
                 root: PathBuf::new(),

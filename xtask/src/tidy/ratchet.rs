@@ -1,8 +1,9 @@
-//! The ratchet: figures of how large and how tangled the house is, which only rise with a reason.
+//! The ratchet: figures of the size and the tangledness of the crates, which may rise only with a
+//! reason.
 //!
-//! `xtask/ratchet.txt` has the last ones. Whoever lowers a figure lowers the file (`cargo xtask
-//! ratchet`); a change that needs more raises it by hand, and the body of its commit names what
-//! that buys and what went for it. Two figures are kept:
+//! `xtask/ratchet.txt` has the last figures. A change that lowers a figure also lowers the file
+//! (`cargo xtask ratchet`); a change that needs more raises it by hand, and the body of its commit
+//! says what that buys and what was removed for it. There are two kinds of figures:
 //!
 //! - `code CRATE`: the lines of `src` of each crate and of xtask that are neither blank, nor a
 //!   comment, nor unit tests at the end of a file;
@@ -15,11 +16,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+/// The file of the last figures.
 const FILE: &str = "xtask/ratchet.txt";
 
+/// Figures by name.
 type Figures = BTreeMap<String, usize>;
 
-/// Figures that are above those in the file, or below without having lowered it.
+/// Returns the figures that are above the file's, or below it without the file having been lowered.
 pub(super) fn may_only_fall(house: &House) -> Vec<String> {
     let (last, now) = (last(house), figures(house));
     let names: BTreeSet<&String> = last.keys().chain(now.keys()).collect();
@@ -52,6 +55,7 @@ pub(super) fn lower(house: &House, root: &Path) -> Result<usize, String> {
     Ok(lowered)
 }
 
+/// Returns the figures in the file.
 fn last(house: &House) -> Figures {
     let text = house.text(FILE);
     let lines = text.lines().filter_map(|line| line.rsplit_once(' '));
@@ -60,13 +64,14 @@ fn last(house: &House) -> Figures {
         .collect()
 }
 
+/// Computes the current figures.
 fn figures(house: &House) -> Figures {
     let mut figures = Figures::new();
     let mut crates = BTreeMap::<&str, Vec<&Source>>::new();
     for file in house.sources.iter().filter(|file| file.module().is_some()) {
         let code = figures.entry(format!("code {}", file.owner)).or_default();
         *code += code_lines(&file.text);
-        // A program's files may need each other as they like.
+        // The files of this program may need each other in circles.
         if file.owner != "xtask" {
             crates.entry(&file.owner).or_default().push(file);
         }
@@ -78,7 +83,8 @@ fn figures(house: &House) -> Figures {
     figures
 }
 
-/// The lines of a file that are neither blank nor a comment, up to the unit tests at its end.
+/// Counts the lines of a file that are neither blank nor a comment, up to the unit tests at its
+/// end.
 fn code_lines(text: &str) -> usize {
     let lines = before_tests(text).lines().map(str::trim);
     lines
@@ -86,7 +92,11 @@ fn code_lines(text: &str) -> usize {
         .count()
 }
 
-/// The size of the largest set of files that all lead to each other; 0 if none does.
+/// Returns the size of the largest set of files that all lead to each other; 0 if no file leads
+/// back to itself.
+///
+/// Each module has arrows to the modules that its paths name. Two modules are in one circle if each
+/// can be reached from the other along arrows.
 fn largest_circle(files: &[&Source]) -> usize {
     // Docs count, because a link in them is a path; tests do not.
     let text = |file: &&Source| {
@@ -100,7 +110,7 @@ fn largest_circle(files: &[&Source]) -> usize {
         .filter_map(|file| Some((file.module()?, text(file)?)))
         .collect();
     let exports = exports(modules.get("").map_or("", |root| root));
-    // Find the module of a path: its longest beginning that is one, or the module that exports it.
+    // A path leads to its longest prefix that is a module, or to the module that exports its name.
     let find = |path: &str| {
         let ends = path.rmatch_indices("::").map(|(end, _)| &path[..end]);
         let known = [path].into_iter().chain(ends).map(str::to_owned);
@@ -108,7 +118,7 @@ fn largest_circle(files: &[&Source]) -> usize {
         let found = known.into_iter().find(|path| modules.contains_key(path));
         found.or_else(|| exported().filter(|module| modules.contains_key(module)))
     };
-    // Follow each module's paths, and its uses of its own children.
+    // Find the arrows of each module: its paths, and its uses of its own children.
     let mut arrows = BTreeMap::<&str, BTreeSet<String>>::new();
     for (module, text) in modules.iter().filter(|(module, _)| !module.is_empty()) {
         let parent = module.rsplit_once("::").map_or("", |(parent, _)| parent);
@@ -124,7 +134,7 @@ fn largest_circle(files: &[&Source]) -> usize {
         let all = found.chain(children.cloned());
         arrows.insert(module, all.filter(|to| to != module).collect());
     }
-    // Count, for each module, those that it reaches and that reach it.
+    // Count, for each module, the modules that it reaches and that reach it.
     let reached = |from: &str| {
         let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
         while let Some(module) = open.pop() {
@@ -142,7 +152,7 @@ fn largest_circle(files: &[&Source]) -> usize {
     all.iter().map(circle).max().unwrap_or(0)
 }
 
-/// Whether a module's code, without its comments, has a path that begins with this child of it.
+/// Returns whether a module's code, without comments, has a path that begins with this child of it.
 fn names_child(text: &str, child: &str) -> bool {
     let lines = text.lines().filter(|line| !line.trim().starts_with("//"));
     let starts = |line: &str| {
@@ -155,7 +165,7 @@ fn names_child(text: &str, child: &str) -> bool {
     lines.into_iter().any(starts)
 }
 
-/// The module in which each name lies that a front page exports.
+/// Returns the module of each name that a front page exports.
 fn exports(text: &str) -> BTreeMap<String, String> {
     let uses = text
         .match_indices("pub use ")
@@ -166,7 +176,7 @@ fn exports(text: &str) -> BTreeMap<String, String> {
         let path = path.strip_prefix("crate::").unwrap_or(path);
         let is_of_module = |c: char| c.is_ascii_lowercase() || c == '_' || c == ':';
         let end = path.find(|c| !is_of_module(c)).unwrap_or(path.len());
-        // The names are behind the last `::` that a name or braces follow.
+        // The names follow the last `::` before a name or braces.
         let split = path[..end].rmatch_indices("::").find_map(|(at, _)| {
             let names = &path[at + 2..];
             let inside = names.strip_prefix('{').and_then(|n| n.split_once('}'));
@@ -181,8 +191,8 @@ fn exports(text: &str) -> BTreeMap<String, String> {
     exports
 }
 
-/// The paths behind each `head::`, those in braces one by one. Braces within braces lose their
-/// beginning: `a::{b, c::{d}}` is `a::b`, `a::c` and `a::d`.
+/// Returns the paths that follow each `head::`; of names in braces, each makes a path. Nested
+/// braces lose their prefix: `a::{b, c::{d}}` gives `a::b`, `a::c` and `a::d`.
 fn paths(text: &str, head: &str) -> Vec<String> {
     let (mut found, mut start) = (Vec::new(), 0);
     let head = format!("{head}::");
@@ -214,7 +224,8 @@ fn paths(text: &str, head: &str) -> Vec<String> {
     found
 }
 
-/// The braces at a text's beginning, with what is in them, if at most one more pair is in them.
+/// Returns the braces at the beginning of a text with their content, if they contain at most one
+/// more level of braces.
 fn braces(text: &str) -> Option<&str> {
     let mut depth = 0;
     for (at, c) in text.char_indices() {
@@ -228,16 +239,19 @@ fn braces(text: &str) -> Option<&str> {
     None
 }
 
+/// Returns the word at the beginning of a text.
 fn word_of(text: &str) -> &str {
     &text[..text.find(|c| !is_of_word(c)).unwrap_or(text.len())]
 }
 
+/// Returns whether a character can be part of a name.
 fn is_of_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
 impl Source {
-    /// The module that a file below `src` is, `a::b`; the front page and the program are none.
+    /// Returns the module that a file below `src` is, `a::b`, which is empty for the front page and
+    /// the program.
     fn module(&self) -> Option<String> {
         let path = self.path.strip_suffix(".rs")?;
         let path = path.trim_start_matches("crates/").split_once('/')?.1;

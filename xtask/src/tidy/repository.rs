@@ -1,13 +1,14 @@
-//! Rules about the repository as a whole.
+//! Rules about the repository as a whole: paths, licences, links, and pages that must agree.
 
 use super::House;
 
-/// Folders of one machine, without their slashes so that this file does not accuse itself.
+/// Folders of a single machine, without their slashes so that this file does not violate the rule.
 const MACHINE: [&str; 5] = ["work", "tmp", "root", "home", "Users"];
 
-/// Files that are data, not text of ours.
+/// The endings of files that are data and not text.
 const BINARY: [&str; 8] = ["png", "exr", "pfm", "ply", "bin", "ico", "gz", "svg"];
 
+/// Checks that no file names a folder of a single machine.
 pub(super) fn machine_paths(house: &House) -> Vec<String> {
     let text = |path: &&String| !BINARY.iter().any(|e| path.ends_with(&format!(".{e}")));
     let mut problems = Vec::new();
@@ -21,8 +22,8 @@ pub(super) fn machine_paths(house: &House) -> Vec<String> {
     problems
 }
 
-/// Whether `folder` stands in the line as an absolute path, not as the middle of a longer one or of
-/// a URL.
+/// Returns whether `folder` occurs in the line as an absolute path, and not in the middle of a
+/// longer path or of a URL.
 fn names_root_folder(line: &str, folder: &str) -> bool {
     let middle =
         |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_' | '/' | '}' | ')' | '*');
@@ -30,14 +31,14 @@ fn names_root_folder(line: &str, folder: &str) -> bool {
         .any(|(i, _)| !line[..i].ends_with(middle))
 }
 
-/// Each package has the licences: symbolic links, which cargo packages as what they lead to.
+/// Checks that each package has the licences, as symbolic links, whose targets cargo packages.
 pub(super) fn licences(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for member in house.members.iter().filter(|m| m.owner != "xtask") {
         for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
             let path = format!("crates/{}/{licence}", member.owner);
             let text = house.text(&path);
-            // A checkout without symbolic links has what they say in their place.
+            // A checkout without symbolic links has files with the target's path.
             let link = text == format!("../../{licence}");
             if !link && (text.is_empty() || text != house.text(licence)) {
                 problems.push(format!("{path}: not the licence of the repository"));
@@ -47,7 +48,7 @@ pub(super) fn licences(house: &House) -> Vec<String> {
     problems
 }
 
-/// README's table of figures is the one that `cargo xtask figures` wrote.
+/// Checks that README's table of figures is the one that `cargo xtask figures` wrote.
 pub(super) fn figures(house: &House) -> Vec<String> {
     let [shown, written] = ["README.md", "docs/figures.md"].map(|path| {
         let text = house.text(path);
@@ -61,7 +62,7 @@ pub(super) fn figures(house: &House) -> Vec<String> {
     }
 }
 
-/// Blocks of Rust for readers have no hidden lines: they compile as they are copied.
+/// Checks that Rust code on pages has no hidden lines, so that it compiles when it is copied.
 pub(super) fn hidden_lines(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for path in ["README.md", "docs/guide.md"] {
@@ -82,7 +83,8 @@ pub(super) fn hidden_lines(house: &House) -> Vec<String> {
 /// The address of the repository's files.
 const OURS: &str = "https://github.com/linelit/linelit/blob/HEAD/";
 
-/// The front page of each published library, as docs.rs shows it, leads to the guide.
+/// Checks that the front page of each published library, as docs.rs shows it, has a link to the
+/// guide.
 pub(super) fn guide(house: &House) -> Vec<String> {
     let link = format!("({OURS}docs/guide.md)");
     let published = house.members.iter().filter(|m| m.is_published());
@@ -96,11 +98,11 @@ pub(super) fn guide(house: &House) -> Vec<String> {
         .collect()
 }
 
-/// The tests and commands in the last column of `docs/promises.md` exist: `name` is a function,
-/// `cargo xtask test STEP` a step, and `rustc` and `doctest` need no name.
+/// Checks that the tests and commands in the last column of `docs/promises.md` exist: `name` is a
+/// function, `cargo xtask test STEP` a step, and `rustc` and `doctest` need no name.
 pub(super) fn promises(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
-    // Read all tests, to look names up in.
+    // Read all tests, in which names are looked up.
     let ends = [".rs", ".py"];
     let files = house
         .files
@@ -134,7 +136,7 @@ pub(super) fn promises(house: &House) -> Vec<String> {
     problems
 }
 
-/// Relative links in Markdown lead somewhere.
+/// Checks that relative links in Markdown files have a target.
 pub(super) fn links(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for path in house.files.iter().filter(|p| p.ends_with(".md")) {
@@ -143,7 +145,7 @@ pub(super) fn links(house: &House) -> Vec<String> {
         for (i, line) in text.lines().enumerate() {
             for target in targets(line) {
                 let plain = target.split('#').next().unwrap_or_default();
-                // Pages of docs.rs name ours by their address.
+                // Pages on docs.rs refer to our files by their address.
                 if let Some(ours) = plain.strip_prefix(OURS)
                     && !house.root.join(ours).exists()
                 {
@@ -165,7 +167,7 @@ pub(super) fn links(house: &House) -> Vec<String> {
     problems
 }
 
-/// The targets of `[text](target)` in a line, outside code spans.
+/// Returns the targets of `[text](target)` in a line, outside code spans.
 fn targets(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     for (i, _) in line.match_indices("](") {

@@ -1,31 +1,33 @@
-//! Rules about Rust files that neither clippy nor the compiler has: which lints a crate turns on,
-//! and what examples and tests say. Methods, types and macros that libraries do without
+//! Rules about Rust files that neither clippy nor the compiler checks: which lints a crate turns
+//! on, and what examples and tests say. The methods, types and macros that libraries must not use
 //! are in `clippy.toml`.
 
 use super::{House, Member, Source};
 
-/// Crates that do no I/O, start no thread, do not allocate per sample and cannot fail.
+/// The crates that do no I/O, start no thread, do not allocate per sample and cannot fail.
 const PURE: &str = "elementary simd geometry samplers lights bsdf shading mis";
 
-/// The crates in the path of a pixel.
+/// The crates that compute a pixel.
 const PIXEL_PATH: &str = "elementary simd geometry samplers lights selection bsdf shading visibility mis penumbra estimators direct integrator";
 
-/// The crate of vendor intrinsics: the workspace's lints deny `unsafe_code` there, one file allows
-/// it with a reason. In all others it is forbidden.
+/// The crate of vendor intrinsics. The workspace's lints deny `unsafe_code` there, and one file
+/// allows it with a reason; all other crates forbid it.
 const KERNELS: &str = "simd";
 
+/// Returns whether a list of words has this one.
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)
 }
 
-/// Each library turns on the lints that keep it without effects, and the pure ones those of theirs.
+/// Checks that each library turns on the lints against side effects, and the pure ones also their
+/// own lints.
 pub(super) fn lints(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for file in house.libraries() {
         let on = |lints: &str| format!("#![cfg_attr(not(test), warn({lints}))]");
         let owner = file.owner.as_str();
         let mut wanted = vec![match owner {
-            // A program.
+            // The crate of a program.
             "cli" => on("clippy::unwrap_used"),
             _ => on("clippy::disallowed_methods, clippy::unwrap_used"),
         }];
@@ -34,9 +36,9 @@ pub(super) fn lints(house: &House) -> Vec<String> {
         }
         if is_one_of(PURE, owner) {
             wanted.push(match owner {
-                // Lanes are f32.
+                // Its lanes are f32.
                 "simd" => on("clippy::disallowed_macros"),
-                // Its module `stop` has a question for each thread.
+                // Its module `stop` has a thread-local variable.
                 "geometry" => on("clippy::disallowed_types"),
                 _ => on("clippy::disallowed_types, clippy::disallowed_macros"),
             });
@@ -48,14 +50,14 @@ pub(super) fn lints(house: &House) -> Vec<String> {
     problems
 }
 
-/// Checks that in the path of a pixel `Result` comes only from constructors (`try_…`, or returning
-/// `Result<Self, _>`) and from reading names (`FromStr`).
+/// Checks that in the crates that compute a pixel `Result` is returned only by constructors
+/// (`try_…`, or returning `Result<Self, _>`) and by parsers of names (`FromStr`).
 pub(super) fn fallibility(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     let path = house
         .sources
         .iter()
-        // Work that was stopped is caught by callers alone, and no pixel asks for visible parts.
+        // Only callers catch the end of stopped work, and no pixel queries visible parts.
         .filter(|s| is_one_of(PIXEL_PATH, &s.owner))
         .filter(|s| !s.path.ends_with("geometry/src/stop.rs"))
         .filter(|s| !s.path.ends_with("direct/src/visible.rs"));
@@ -75,20 +77,20 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
     problems
 }
 
-/// Checks the lines of all Rust files for forbidden text, and says why.
+/// Checks the lines of all Rust files for forbidden text.
 pub(super) fn lines(house: &House) -> Vec<String> {
     let ignored = |line: &str| {
         let line = line.trim_start();
         line.starts_with("#[ignore") && !line.starts_with("#[ignore = \"long: ")
     };
-    // A number of cases stands in a field of `ProptestConfig` or in `with_cases`.
+    // The number of cases is in a field of `ProptestConfig` or in `with_cases`.
     let own_cases = |line: &str| {
         let field = line.contains("ProptestConfig {") || line.trim_start().starts_with("cases: ");
         let set = if field { "cases: " } else { "with_cases(" };
         let value = line.split_once(set).map_or("", |(_, value)| value);
         value.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase())
     };
-    // Rustfmt wraps no comments; rows of tables cannot be wrapped.
+    // Rustfmt does not wrap comments. Rows of tables cannot be wrapped.
     let wide = |line: &str| {
         let text = line.trim_start();
         let row = text.starts_with("//! |") || text.starts_with("/// |");
@@ -107,8 +109,8 @@ pub(super) fn lines(house: &House) -> Vec<String> {
     problems
 }
 
-/// Each library shows an example, in its front page or the README that the page includes. (That it
-/// has a page, `missing_docs` sees.)
+/// Checks that each library shows an example, on its front page or in the README that the page
+/// includes. (`missing_docs` checks that it has a front page.)
 pub(super) fn crate_pages(house: &House) -> Vec<String> {
     let silent = house.libraries().filter(|file| {
         let readme = house.text(&format!("crates/{}/README.md", file.owner));
@@ -122,8 +124,9 @@ pub(super) fn crate_pages(house: &House) -> Vec<String> {
         .collect()
 }
 
-/// Examples of a published library name no other crate of ours: who reads them needs one line in
-/// their manifest, and what signatures name is re-exported, or the examples would not compile.
+/// Checks that examples of a published library use no other crate of ours, so that a reader needs
+/// one line in the manifest. Types in signatures have to be re-exported, or the examples would not
+/// compile.
 pub(super) fn one_dependency(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     for Member { owner, .. } in house.members.iter().filter(|m| m.is_published()) {
@@ -148,8 +151,8 @@ pub(super) fn one_dependency(house: &House) -> Vec<String> {
 /// The names of parameters that are angles.
 const ANGLES: &str = "angle half_angle angles theta phi azimuth elevation rotation fov turn";
 
-/// A parameter of a public function that is an angle says its unit in its name: `angle_rad`,
-/// `fov_degrees`.
+/// Checks that each parameter of a public function that is an angle has its unit in its name:
+/// `angle_rad`, `fov_degrees`.
 pub(super) fn angles(house: &House) -> Vec<String> {
     let mut problems = Vec::new();
     let published = house.members.iter().filter(|m| m.is_published());
@@ -183,13 +186,13 @@ mod tests {
         rule(&House::of(&format!("crates/{path}"), text)).len()
     }
 
-    /// Each rule sees the offence it is for.
+    /// Each rule finds a violation.
     #[test]
     fn rules_bite() {
         let fails = "pub fn a(&self) -> Result<f64, E> {";
         let hidden = format!("// {fails}\n#[cfg(test)]\nmod tests {{\n{fails}\n}}");
         let constructors = "pub fn try_new() -> Result<A, B> {}\npub fn a() -> Result<Self, B> {}";
-        // Spelled so that this file does not accuse itself.
+        // Written such that this file does not violate the rule.
         let cases = |text: &str| text.replace('@', "ProptestConfig").replace('#', "cases");
         for (rule, path, text, count) in [
             (fallibility as Rule, "mis/src/x.rs", fails.to_owned(), 1),

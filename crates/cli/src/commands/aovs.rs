@@ -1,5 +1,5 @@
-//! What `render --aovs` writes beside the picture: layers of what the camera sees, and of how well
-//! each pixel is known.
+//! The layers of `render --aovs`, which are written in addition to the picture: the surface that
+//! the camera sees, and how precise each pixel is.
 
 use crate::args::{Aov, PictureArgs, UsageError};
 use anyhow::Result;
@@ -10,35 +10,35 @@ use linelit_integrator::{Renderer, ShadingPoint, Workspace};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A picture, and what was learned of its pixels while it was rendered.
+/// A picture with the data from which its layers are made.
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
     /// The placement in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
-    /// The matrices of the camera, as the file has them.
+    /// The matrices of the camera, as the file stores them.
     pub(super) world_to: [Option<[f32; 16]>; 2],
-    /// Whether it is lit by a lamp that is not in the scene's file.
+    /// Whether it is lit by a light that is not in the scene's file.
     pub(super) has_lamp: bool,
-    /// Moments of trials or of camera samples of each pixel, if they are asked for.
+    /// The moments of the trials or of the camera samples of each pixel, if they are requested.
     pub(super) moments: Vec<Moments>,
-    /// Rays and lines of each pixel, if they are asked for.
+    /// The rays and lines of each pixel, if they are requested.
     pub(super) cost: [Vec<u32>; 2],
-    /// The surface in the middle of each pixel, if it is asked for.
+    /// The surface in the middle of each pixel, if it is requested.
     pub(super) surfaces: Vec<Surface>,
 }
 
-/// Whether more than the value of each pixel is asked for.
+/// Returns whether statistics over the camera samples of pixels are requested.
 pub(super) fn wants_moments(aovs: &[Aov]) -> bool {
     aovs.iter().any(|aov| COUNTED.contains(aov))
 }
 
-/// Whether it is asked for what is seen.
+/// Returns whether properties of the visible surface are requested.
 pub(super) fn wants_surfaces(aovs: &[Aov]) -> bool {
     aovs.iter().any(|aov| SEEN.contains(aov))
 }
 
-/// That the file can hold the layers, and that there is something to be known.
+/// Checks that the file can store the layers, and that the samples suffice to compute them.
 pub(super) fn check(args: &PictureArgs, is_plain: bool) -> Result<(), UsageError> {
     if is_plain && !args.aovs.is_empty() {
         return Err(UsageError("--aovs are layers of EXR files".to_owned()));
@@ -51,12 +51,12 @@ pub(super) fn check(args: &PictureArgs, is_plain: bool) -> Result<(), UsageError
     Ok(())
 }
 
-/// Bytes that a pixel takes for the layers, beside what the picture takes: those of the layers
-/// twice, in the document and in the file, and what they are made from.
+/// Returns the bytes of memory that the layers of a pixel take, in addition to the picture: each
+/// layer twice, in the document and in the file, and the data from which it is made.
 pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
     let aovs = &picture.aovs;
     let layer = |aov: &Aov| match aov {
-        // The samples, and with them rays and lines.
+        // Samples come with two more layers, rays and lines.
         Aov::Albedo | Aov::Normal | Aov::Variance | Aov::Samples => 12,
         Aov::Depth => 4,
     };
@@ -72,20 +72,20 @@ pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
     2 * layers + made_from
 }
 
-/// The AOVs of the first surface that a camera ray meets.
+/// The layers of the first surface that a camera ray meets.
 const SEEN: [Aov; 3] = [Aov::Albedo, Aov::Normal, Aov::Depth];
 
-/// The AOVs that are statistics over all camera samples of a pixel.
+/// The layers that are statistics over all camera samples of a pixel.
 const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
 
-/// Clamps a count to the range of a film's layer of counts.
+/// Clamps a count to the range of an integer layer.
 pub(super) fn clamped(n: u64) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-/// The sum of some of the blocks of a pixel ([`PictureArgs::blocks`]), and their moments merged, so
-/// that the bits are the same wherever each block is computed. A trial is one value of the moments;
-/// of a single trial each camera sample is.
+/// Returns the sum of some of the blocks of a pixel ([`PictureArgs::blocks`]), and their merged
+/// moments. The bits are the same wherever each block is computed. If there are several trials,
+/// each is one value of the moments; otherwise each camera sample is.
 pub(super) fn samples(
     renderer: &Renderer<'_>,
     picture: &PictureArgs,
@@ -98,6 +98,7 @@ pub(super) fn samples(
         sum += own;
         moments.merge(part);
     };
+    // Each block is a trial.
     if picture.trials > 1 {
         for trial in blocks {
             let settings = picture.settings_of(trial);
@@ -108,6 +109,7 @@ pub(super) fn samples(
             add(whole, &part);
         }
     } else {
+        // Each block consists of camera samples of the only trial.
         let (settings, start) = (picture.settings(), blocks.start as usize);
         for block in settings.sample_blocks().skip(start).take(blocks.len()) {
             let mut part = Moments::default();
@@ -119,7 +121,7 @@ pub(super) fn samples(
     (sum, moments)
 }
 
-/// Adds the layers that are asked for.
+/// Adds the requested layers to a document.
 pub(super) fn add(
     document: &mut Document,
     rendered: &Rendered,
@@ -146,7 +148,7 @@ pub(super) fn add(
         document.add_image("variance", &of(variances))?;
     }
     if aovs.contains(&Aov::Samples) {
-        // Of trials, which are one value each.
+        // The moments of trials count each trial as one value.
         let each = if picture.trials > 1 {
             picture.pixel_samples.into()
         } else {
@@ -169,6 +171,7 @@ pub(super) struct Surface {
     pub(super) depth: f32,
 }
 
+/// Finds the surface in the middle of a pixel; if there is none, its depth is infinite.
 pub(super) fn surface(
     renderer: &Renderer<'_>,
     pixel: [u32; 2],
@@ -193,12 +196,13 @@ pub(super) fn surface(
     }
 }
 
-/// Computes the reflection towards the viewer of light that is 1 everywhere above the surface: the
-/// mean of f cos/p over directions by the BSDF, the same 64 stratified ones for all; and the
-/// transmission of perfect mirrors and glass.
+/// Computes the reflection towards the viewer of light that is 1 everywhere above the surface,
+/// including what perfect mirrors and glass on the way transmit. It is the mean of f cos/p over 64
+/// stratified directions sampled by the BSDF, the same random numbers for all points.
 fn albedo(point: &ShadingPoint) -> DVec3 {
     const SIDE: u8 = 8;
     let passed: DVec3 = point.bounces.iter().map(|bounce| bounce.weight).sum();
+    // A diffuse surface reflects f π.
     if let Some(f) = point.known().constant() {
         return passed + f * std::f64::consts::PI;
     }
@@ -222,6 +226,7 @@ fn albedo(point: &ShadingPoint) -> DVec3 {
     passed + sum / (f64::from(SIDE) * f64::from(SIDE))
 }
 
+/// Rounds a colour to the precision of images.
 #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
 pub(super) fn single(value: DVec3) -> [f32; 3] {
     value.to_array().map(|v| v as f32)

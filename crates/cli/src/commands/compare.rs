@@ -1,4 +1,4 @@
-//! `linelit compare`: how far one picture is from another.
+//! `linelit compare`: measures how much two pictures differ.
 
 use super::image::is_png;
 use crate::args::{CompareArgs, UsageError};
@@ -14,25 +14,25 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 
-/// Two pictures and the errors of the first against the second, in linear radiance.
+/// The errors of a picture against a reference, in linear radiance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Comparison {
     /// The picture.
     picture: String,
     /// The reference.
     reference: String,
-    /// First and last but one of columns and rows, where a part was compared.
+    /// The first column and the one after the last, then the rows, if only a part was compared.
     crop: Option<[i64; 4]>,
-    /// The errors.
+    /// The errors over all channels.
     #[serde(flatten)]
     metrics: ImageMetrics,
-    /// The metrics of red, green and blue.
+    /// The errors of red, green and blue.
     channels: [ChannelMetrics; 3],
-    /// Metadata that both files have with different values: name, picture's, reference's.
+    /// The metadata that both files have with different values: name, picture's, reference's.
     differing_metadata: Vec<(String, String, String)>,
 }
 
-/// Errors of one channel.
+/// The errors of one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct ChannelMetrics {
     mse: f64,
@@ -43,14 +43,14 @@ struct ChannelMetrics {
     reference_mean: f64,
 }
 
-/// Compares two pictures of one size, or what both have of one, prints by how much they differ, and
-/// writes the maps that are asked for.
+/// Compares two pictures of equal size, or the parts that they have in common; prints how much they
+/// differ, and writes the requested maps.
 ///
 /// # Errors
-/// If a picture cannot be read, the two are of different sizes or have no pixel in common, or
-/// something cannot be printed or written.
+/// If a picture cannot be read, the two have different sizes or no pixel in common, or output
+/// cannot be printed or written.
 pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
-    // Refuse to write over what is compared.
+    // Refuse to overwrite the pictures.
     let maps = [&args.difference, &args.error_map];
     for map in maps.into_iter().flatten() {
         if [&args.image, &args.reference].contains(&map) {
@@ -103,8 +103,8 @@ pub fn run(args: &CompareArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Pixels in the coordinates of a whole picture, columns and rows from and to: of EXR files they
-/// may reach beyond it.
+/// A rectangle of pixels in the coordinates of a whole picture: the first column and the one after
+/// the last, then the rows. EXR files may have pixels outside the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Window {
     x: [i64; 2],
@@ -121,14 +121,15 @@ impl From<Tile> for Window {
 }
 
 impl Window {
-    /// Returns the intersection of two windows.
+    /// Returns the intersection of two windows, if it is not empty.
     fn meet(self, other: Self) -> Option<Self> {
         let span = |[a, b]: [i64; 2], [c, d]: [i64; 2]| [a.max(c), b.min(d)];
         let (x, y) = (span(self.x, other.x), span(self.y, other.y));
         (x[0] < x[1] && y[0] < y[1]).then_some(Self { x, y })
     }
 
-    /// The part of this window's image that lies in another, which is within it.
+    /// Returns the part of this window's image that lies in another window, which is within this
+    /// one.
     #[allow(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -140,6 +141,7 @@ impl Window {
         Image::from_fn(width, height, |x, y| image.get(x0 + x, y0 + y))
     }
 
+    /// Returns the first column and the one after the last, then the rows.
     const fn columns_and_rows(self) -> [i64; 4] {
         [self.x[0], self.x[1], self.y[0], self.y[1]]
     }
@@ -157,6 +159,7 @@ impl fmt::Display for Window {
     }
 }
 
+/// Compares the channels one by one.
 fn channels(picture: &Image, reference: &Image) -> Result<[ChannelMetrics; 3]> {
     let of = |k: usize| -> Result<ChannelMetrics> {
         let grey = |image: &Image| Image {
@@ -176,6 +179,7 @@ fn channels(picture: &Image, reference: &Image) -> Result<[ChannelMetrics; 3]> {
     Ok([of(0)?, of(1)?, of(2)?])
 }
 
+/// Returns the metadata that both files have with different values.
 fn differing(ours: &Metadata, theirs: &Metadata) -> Vec<(String, String, String)> {
     let both = ours.iter().filter_map(|(name, value)| {
         let other = theirs.iter().find(|(other, _)| other == name)?;
@@ -184,14 +188,15 @@ fn differing(ours: &Metadata, theirs: &Metadata) -> Vec<(String, String, String)
     both.collect()
 }
 
-/// The outputs of a comparison.
+/// The writer of the requested maps of a comparison.
 struct Maps<'a> {
     args: &'a CompareArgs,
-    /// The placement of the part that was compared, if it is not all.
+    /// The placement of the part that was compared, if it is not the whole picture.
     placement: Option<Placement>,
 }
 
 impl Maps<'_> {
+    /// Writes the difference and the error map, if they are requested.
     fn write(&self, picture: &Image, reference: &Image) -> Result<()> {
         let args = self.args;
         let per_pixel = |value: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| Image {
@@ -204,8 +209,8 @@ impl Maps<'_> {
             let difference = per_pixel(&|p, r| [0, 1, 2].map(|k| p[k] - r[k]));
             if is_png(path) {
                 let gain = exp2(args.exposure);
-                // Half of the encoded range to either side, so that as much more and as much less
-                // are as far from the middle.
+                // Map zero to the middle of the encoded range, so that differences of either sign
+                // have half of it.
                 let around =
                     |v: f32| srgb_decode((0.5 + 0.5 * f64::from(v) * gain).clamp(0.0, 1.0));
                 #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
@@ -222,6 +227,7 @@ impl Maps<'_> {
             }
         }
         if let Some(path) = &args.error_map {
+            // Show four powers of ten below the worst error.
             let error = per_pixel(&|p, r| [relative_square(p, r); 3]);
             let worst = scalar(&error).into_iter().filter(|v| v.is_finite());
             let high = f64::from(worst.fold(0.0f32, f32::max));
@@ -236,7 +242,7 @@ impl Maps<'_> {
         Ok(())
     }
 
-    /// A document of the part that was compared.
+    /// Returns an empty EXR document of the part that was compared.
     fn document(&self, image: &Image) -> Document {
         Document {
             placement: self.placement,
@@ -244,7 +250,7 @@ impl Maps<'_> {
         }
     }
 
-    /// Writes one number a pixel: as it is, or in colours whose scale is said.
+    /// Writes one number per pixel, as it is or in false colours with a note about their scale.
     fn write_scalar(&self, path: &Path, image: &Image, colours: HeatMap) -> Result<()> {
         if is_png(path) {
             let png = colours.encode_png(image.width, image.height, &scalar(image))?;
@@ -263,7 +269,7 @@ impl Maps<'_> {
     }
 }
 
-/// The mean over channels of the relative squared error.
+/// Returns the mean over channels of the relative squared error.
 #[allow(clippy::cast_possible_truncation, reason = "the map is f32")]
 fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
     let of = |k: usize| {
@@ -273,29 +279,31 @@ fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
     ((of(0) + of(1) + of(2)) / 3.0) as f32
 }
 
+/// Returns the first channel.
 fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
 }
 
+/// Metadata of an EXR file: names and values.
 type Metadata = Vec<(String, String)>;
 
 /// A picture from a file.
 struct Picture {
-    /// Linear.
+    /// The pixels in linear radiance.
     image: Image,
-    /// The window of its pixels in the whole picture.
+    /// The window of these pixels in the whole picture.
     window: Window,
-    /// Pixels of that across and down, and what the file calls the first.
+    /// The size of the whole picture, and the coordinates that the file gives its first pixel.
     full: [u32; 2],
     corner: [i32; 2],
     metadata: Metadata,
-    /// Whether it had integers, encoded as sRGB.
+    /// Whether the file had integers, encoded as sRGB.
     is_encoded: bool,
 }
 
 impl Picture {
-    /// A name may end in `:LAYER` to choose a layer of an EXR file (a file whose own name ends so
-    /// is found first).
+    /// Reads a picture. A name that ends in `:LAYER` chooses a layer of an EXR file, unless a file
+    /// has this whole name.
     fn read(name: &Path) -> Result<Self> {
         let text = name.to_string_lossy();
         let extension = name.extension().unwrap_or_default().to_ascii_lowercase();
@@ -305,10 +313,12 @@ impl Picture {
         {
             return Self::of_bytes(name);
         }
+        // Separate the layer from the name of an EXR file.
         let (path, layer) = match text.rsplit_once(':') {
             Some((file, layer)) if !name.exists() => (Path::new(file), Some(layer)),
             _ => (name, None),
         };
+        // Read it with its metadata and placement.
         let image = Image::read_layer(path, layer)?;
         let mut picture = Self::whole(image);
         if let Ok(document) = Document::read(path) {
@@ -320,7 +330,7 @@ impl Picture {
         Ok(picture)
     }
 
-    /// A picture that is all of it.
+    /// Creates a picture whose pixels are all of it.
     fn whole(image: Image) -> Self {
         let (width, height) = (image.width, image.height);
         Self {
@@ -333,6 +343,7 @@ impl Picture {
         }
     }
 
+    /// Moves the pixels to their placement in the whole picture.
     fn place(&mut self, placement: Placement) {
         let span = |from: i32, size: u32| [i64::from(from), i64::from(from) + i64::from(size)];
         let ([x, y], image) = (placement.origin, &self.image);
@@ -343,8 +354,10 @@ impl Picture {
         (self.full, self.corner) = (placement.full, placement.corner);
     }
 
-    /// The pixels that two parts of one picture have in common.
+    /// Returns the pixels that two parts of the same picture have in common.
     fn common(&self, reference: &Self) -> Result<Window> {
+        // Refuse parts of pictures of different sizes. Whole pictures of different sizes get the
+        // usual message.
         if (self.full, self.corner) != (reference.full, reference.corner) {
             let is_whole = |p: &Self| p.window == Tile::whole(p.full[0], p.full[1]).into();
             if is_whole(self) && is_whole(reference) && self.corner == reference.corner {
@@ -375,6 +388,7 @@ impl Picture {
         self.window.cut(&self.image, window)
     }
 
+    /// Reads a PNG, TGA or JPEG picture.
     fn of_bytes(path: &Path) -> Result<Self> {
         let failed = || format!("cannot read {}", path.display());
         let bytes = std::fs::read(path).with_context(failed)?;
@@ -398,7 +412,7 @@ impl Picture {
     }
 }
 
-/// The linear values of sRGB-encoded integers, the largest of which is white.
+/// Returns the linear values of sRGB-encoded integers, the largest of which is white.
 fn linear<T: Copy + Into<f64>>(picture: &IntegerImage<T>, white: f64) -> Image {
     #[allow(clippy::cast_possible_truncation, reason = "between 0 and 1")]
     let value = |v: T| srgb_decode(v.into() / white) as f32;
@@ -412,6 +426,7 @@ fn linear<T: Copy + Into<f64>>(picture: &IntegerImage<T>, white: f64) -> Image {
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let m = &self.metrics;
+        // What was compared.
         writeln!(f, "picture    {}", self.picture)?;
         writeln!(f, "reference  {}", self.reference)?;
         if let Some([x0, x1, y0, y1]) = self.crop {
@@ -422,6 +437,7 @@ impl fmt::Display for Comparison {
         if m.skipped > 0 {
             writeln!(f, "skipped    {} pixels that are not finite", m.skipped)?;
         }
+        // The errors over all channels, then of each channel.
         writeln!(
             f,
             "mean       {:.6e}, of the reference {:.6e}",
@@ -444,6 +460,7 @@ impl fmt::Display for Comparison {
                 "\n{name:<10} MSE {mse:.3e}, MRSE {mrse:.3e}, bias {bias:.3e}"
             )?;
         }
+        // Metadata that differ.
         for (name, ours, theirs) in &self.differing_metadata {
             write!(f, "\n{name:<10} {ours}, of the reference {theirs}")?;
         }

@@ -1,4 +1,4 @@
-//! `linelit converge`.
+//! `linelit converge`: runs a convergence study or a page of claims, and writes its report.
 
 use super::threads::{bar, pool};
 use super::units::{keep, work_off};
@@ -19,13 +19,15 @@ use std::time::Instant;
 /// Runs a study and writes its report.
 ///
 /// # Errors
-/// If a scene cannot be read, the folder is not to be had, or the report cannot be written.
+/// If a scene cannot be read, the folder cannot be created or locked, or the report cannot be
+/// written.
 pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
     if args.list {
         let what = Some(Listed::Studies);
         let json = args.common.json;
         return list::run(&ListArgs { what, json }, out);
     }
+    // Find the study, and refuse flags that do not apply to it.
     let study = study::resolve(&args.study.what)?;
     match &study {
         Study::Convergence(spec) => {
@@ -37,6 +39,7 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
         let what = "--full is for `claims`: other studies have no quick form";
         return Err(UsageError(what.to_owned()).into());
     }
+    // Lock the output folder, and run the study.
     let folder = OutputFolder::open(&args.out)?;
     let pool = pool(&args.common)?;
     match study {
@@ -49,13 +52,13 @@ pub fn run(args: &ConvergeArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-/// The first word, which names a page of claims and drawings.
+/// Returns the first word, which names a page of claims and drawings.
 fn name(args: &ConvergeArgs) -> &str {
     args.study.what.first().map_or("", String::as_str)
 }
 
-/// Plans a study in a folder of its own within that of the report, computes missing parts, and
-/// merges all. When the report is complete the plan is deleted.
+/// Plans a study in a temporary folder within the output folder, computes the missing parts, and
+/// merges all of them. When the report is complete, the plan is deleted.
 fn converge(
     args: &ConvergeArgs,
     spec: &StudySpec,
@@ -69,7 +72,7 @@ fn converge(
     let load = |name: &str| sources.load_to_measure(name);
     let mut record = spec.record(command());
     let (exhibits, interrupted) = with_work(spec, &load, |work| {
-        // Plan the units, or take up the plan that is there.
+        // Plan the units, or continue the existing plan.
         let planned = pool.install(|| study::plan(&args.study, work, &sources))?;
         let plan = keep(&path, &planned, "study")?;
         // Compute what is missing and fits into the time budget.
@@ -84,11 +87,11 @@ fn converge(
         );
         let interrupted = ran.err().map(|e| e.downcast::<TryAgain>()).transpose()?;
         record.unfinished = interrupted.is_some();
-        // Put together what there is, of an interrupted study, too.
+        // Put together the parts that exist, also of an interrupted study.
         let exhibits = pool.install(|| study::gather(work, &plan, &mut record))?;
         Ok::<_, anyhow::Error>((exhibits, interrupted))
     })?;
-    // Write the report, unless nothing fitted into the time.
+    // Write the report, unless no measurement fitted into the time.
     record.seconds = start.elapsed().as_secs_f64();
     if interrupted.is_some() {
         folder.set_unfinished();
@@ -110,7 +113,7 @@ struct Clock<'a> {
 }
 
 impl<'a> Clock<'a> {
-    /// The clock of the plan of a study that began at `start`.
+    /// Creates the clock for the plan of a study that began at `start`.
     fn new(spec: &StudySpec, plan: &'a Plan, start: Instant, threads: usize) -> Result<Self> {
         let begun = Instant::now();
         let units = study::planned(plan)?;
@@ -125,8 +128,8 @@ impl<'a> Clock<'a> {
         })
     }
 
-    /// Whether a unit is left out. That is said of the first of each scene and kind; tables and
-    /// report name all.
+    /// Returns whether a unit is left out. A note is printed about the first unit of each scene and
+    /// kind; the tables and the report list all of them.
     fn leaves(&self, number: u32) -> bool {
         let now = self.begun.elapsed().as_secs_f64();
         let budget = self.budget.as_ref();
@@ -146,17 +149,17 @@ impl<'a> Clock<'a> {
     }
 }
 
-/// The words that say how an interrupted study goes on.
+/// The words that say how to continue an interrupted study.
 const GOES_ON: &str = "the report in `unfinished` says what of it there is, and the same command";
 
-/// The command that was given, as one would give it again.
+/// Returns the command of this process, quoted for a shell.
 pub(super) fn command() -> String {
     let words = std::env::args_os().skip(1);
     let words = words.map(|word| word.to_string_lossy().into_owned());
     format!("linelit {}", study::quoted(words))
 }
 
-/// Runs a page of claims and drawings, and writes its page.
+/// Runs a page of claims and drawings, and writes it.
 fn findings(
     args: &ConvergeArgs,
     page: Page,
@@ -170,6 +173,7 @@ fn findings(
             "an interrupted study is there: the command that began it goes on, --fresh begins anew"
         );
     }
+    // Measure and judge.
     let progress = bar(name);
     let mut found = page.run(&Context {
         library: args.common.read.library(),
@@ -179,6 +183,7 @@ fn findings(
         most_side: u32::MAX,
         progress: &progress,
     })?;
+    // Write the page and its files.
     let json = serde_json::to_string_pretty(&found.rows)?;
     folder.add(&format!("{name}.json"), json.as_str());
     for (file, bytes) in found.files {
@@ -195,6 +200,7 @@ fn findings(
         write!(out, "{}", found.text)?;
         writeln!(out, "\n{seconds:.1} s; report: {}", report.display())?;
     }
+    // Fail if a verdict contradicts the record.
     anyhow::ensure!(
         found.failures.is_empty(),
         "{} of what is on record came out otherwise:\n{}",

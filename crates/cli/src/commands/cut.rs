@@ -1,31 +1,32 @@
-//! How a picture is cut into units that take a second or so.
+//! The choice of the tiles of a picture, such that each unit takes a second or so.
 
 use crate::args::PictureArgs;
 use linelit_film::Tile;
 use linelit_integrator::LightChoice;
 use linelit_scene::SceneDescription;
 
-/// The bounds of the time that a unit should not exceed, in seconds of one thread: the lower, so
-/// that writing its part is little compared with it, and the upper, so that a kill costs little.
+/// The bounds of the limit on the time of a unit, in seconds of one thread. With the lower one,
+/// writing its part takes little in comparison; with the upper one, a kill loses little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
-/// The number of units that is enough for sharing them out.
+/// The number of units that suffices for distributing them evenly.
 const ENOUGH: f64 = 256.0;
-/// The largest side of tiles that is tried. Sides are powers of two.
+/// The largest side of tiles that is tried; sides are powers of two.
 const LARGEST_SIDE: u32 = 1024;
-/// The side of tiles below which blocks of camera samples become units of their own first.
+/// The side of tiles below which blocks of camera samples become separate units first.
 const SMALL_SIDE: u32 = 8;
 
-/// How a picture is cut into units.
+/// The way in which a picture is cut into units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cut {
-    /// The side of tiles, in pixels; those at the window's right and lower edge may be smaller.
+    /// The side of tiles, in pixels. Tiles at the window's right and lower edge may be smaller.
     pub(super) side: u32,
-    /// Whether each block of a tile's camera samples is a unit of its own.
+    /// Whether each block of a tile's camera samples is a separate unit.
     pub(super) by_block: bool,
 }
 
 impl Cut {
-    /// Units that are computed at once, not kept: small, so that all threads end at one time.
+    /// Units that are computed at once and not stored: they are small, so that all threads end at
+    /// about the same time.
     pub(super) const AT_ONCE: Self = Self {
         side: 16,
         by_block: false,
@@ -34,7 +35,7 @@ impl Cut {
     /// Chooses the largest tiles that are short enough, for a window whose pixels take
     /// `pixel_seconds` each; or tiles of the `requested` side. Where tiles of 8 × 8 pixels, or of
     /// the requested side, would take too long, or `by_block` requests it, blocks of samples are
-    /// units of their own.
+    /// separate units.
     pub(super) fn choose(
         args: &PictureArgs,
         window: Tile,
@@ -42,14 +43,17 @@ impl Cut {
         requested: Option<u32>,
         by_block: bool,
     ) -> Self {
+        // The limit on the time of a unit.
         let [least, most] = UNIT_SECONDS;
         let seconds = (pixel_seconds * window.area() as f64 / ENOUGH).clamp(least, most);
         let fits = |side: u32, blocks: u32| {
             f64::from(side).powi(2) * pixel_seconds / f64::from(blocks) <= seconds
         };
+        // Separate the blocks of samples if even small tiles are too long.
         let blocks = args.blocks();
         let is_long = !fits(requested.unwrap_or(SMALL_SIDE), 1);
         let by_block = blocks > 1 && (by_block || is_long);
+        // Take the largest side within the limit.
         let halves =
             std::iter::successors(Some(LARGEST_SIDE), |side| Some(side / 2).filter(|s| *s > 0));
         let mut sides = halves.filter(|side| fits(*side, if by_block { blocks } else { 1 }));

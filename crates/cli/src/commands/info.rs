@@ -1,4 +1,4 @@
-//! `linelit info`: what is in a scene, and what the plan skips.
+//! `linelit info`: prints the contents of a scene, and what the plan skips.
 
 use super::image::numbers;
 use super::threads::pool;
@@ -17,35 +17,36 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-/// Pairs of pixel and light that the look at the plan costs at most.
+/// The largest number of pairs of pixel and light that the quick look at the plan may take.
 const MAX_PAIRS: usize = 1 << 16;
 
-/// Contents of a scene.
+/// The contents of a scene.
 #[derive(Debug, Serialize)]
 struct Info {
     scene: String,
     triangles: usize,
     vertices: usize,
     meshes: usize,
-    /// Meshes with holes.
+    /// The number of meshes with holes.
     cutouts: usize,
-    /// What the file places by reference, and at how many places: the triangles are copied.
+    /// The number of objects that the file instantiates, and of their instances. The triangles of
+    /// each instance are copied.
     objects: usize,
     instances: usize,
-    /// The number of triangles again, as in `triangles`.
+    /// The same as `triangles`.
     triangles_in_world: usize,
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
     /// The lights by kind, round ones as they are.
     lights: BTreeMap<&'static str, LightGroup>,
-    /// The same, under the name that they had while `lights` had facets.
+    /// The same as `lights`, which listed facets in earlier versions.
     exact_lights: BTreeMap<&'static str, LightGroup>,
-    /// What `--spheres facets` makes of them.
+    /// The lights by kind with `--spheres facets`.
     facet_lights: BTreeMap<&'static str, LightGroup>,
     /// The lights of the file, in its order.
     light_rows: Vec<LightRow>,
-    /// Number of materials and of triangles that have them, by model.
+    /// The number of materials, and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,
     camera: String,
     resolution: [u32; 2],
@@ -53,36 +54,37 @@ struct Info {
     warnings: Vec<String>,
 }
 
-/// A light of the file: a shape that emits, or a light without one.
+/// A light of the file: a shape that emits, or a light without a shape.
 #[derive(Debug, Serialize)]
 struct LightRow {
-    /// First and last of the numbers that `--light-estimator` and `--light-apart` take.
+    /// The first and last of the numbers by which `--light-estimator` and `--light-apart` refer to
+    /// it.
     numbers: [u32; 2],
-    /// The same with `--spheres facets`.
+    /// The same numbers with `--spheres facets`.
     facets: [u32; 2],
     kind: &'static str,
     #[serde(flatten)]
     sum: LightGroup,
-    /// The number of those among its lights that emit nothing, and are not sampled.
+    /// The number of its lights that emit nothing and are not sampled.
     dark: usize,
 }
 
-/// Lights of one type.
+/// The number and sums of lights of one kind.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct LightGroup {
     lights: usize,
-    /// Area of the surfaces, m².
+    /// The area of the surfaces, in m².
     area: f64,
-    /// Length of the lines, m.
+    /// The length of the lines, in m.
     length: f64,
-    /// Emitted, W, averaged over the channels.
+    /// The emitted power, in W, averaged over the channels.
     power: f64,
-    /// The luminance of the power by channel, W.
+    /// The luminance of the power by channel, in W.
     power_luminance: f64,
 }
 
 impl LightGroup {
-    /// One light.
+    /// Returns the group of one light.
     fn of(light: &Light) -> Self {
         let length = match light {
             Light::Linear(l) => l.segment.length(),
@@ -97,6 +99,7 @@ impl LightGroup {
         }
     }
 
+    /// Describes the group in words.
     fn describe(&self, kind: &str) -> String {
         let size = match kind {
             "linear" => format!(", length {:.4} m", self.length),
@@ -123,6 +126,7 @@ impl AddAssign for LightGroup {
 }
 
 impl LightRow {
+    /// Returns the numbers of the light, and its description.
     fn describe(&self) -> [String; 2] {
         let range = |[first, last]: [u32; 2]| match first == last {
             true => format!("light {first}"),
@@ -141,6 +145,7 @@ impl LightRow {
     }
 }
 
+/// The number of materials of one model, and of the triangles that have them.
 #[derive(Debug, Default, Serialize)]
 struct MaterialGroup {
     materials: usize,
@@ -155,10 +160,10 @@ struct PlanInfo {
     counts: BTreeMap<&'static str, u64>,
 }
 
-/// The size of the picture of a quick look, and what its plan counted.
+/// The size of the coarse picture, and what its plan counted.
 type Look = ([u32; 2], BTreeMap<&'static str, u64>);
 
-/// Says what is in a scene.
+/// Prints the contents of a scene.
 pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     let mut loaded = args.common.read.library().load(&args.scene)?;
     let resolution = [loaded.scene.film.width, loaded.scene.film.height];
@@ -172,7 +177,7 @@ pub fn run(args: &InfoArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Renders a few pixels to see what the plan does.
+/// Renders a coarse picture to count what the plan does.
 fn look(scene: &mut SceneDescription) -> Look {
     let side = (MAX_PAIRS / scene.lights.len().max(1)).isqrt().clamp(1, 64);
     let side = u32::try_from(side).unwrap_or(1);
@@ -187,8 +192,8 @@ fn look(scene: &mut SceneDescription) -> Look {
     ([side, side], counts.plan.rows().collect())
 }
 
-/// The lights of the file, in its order: facets that are sampled as a whole are one, and all
-/// polygons of one shape are in one row.
+/// Returns the lights of the file, in its order. The facets of a shape that is sampled as a whole
+/// are one light, and all polygons of one shape share a row.
 fn light_rows(scene: &SceneDescription) -> Vec<LightRow> {
     let mut rows: Vec<LightRow> = Vec::new();
     let mut mesh_before = None;
@@ -229,7 +234,7 @@ fn light_rows(scene: &SceneDescription) -> Vec<LightRow> {
     rows
 }
 
-/// The lights by kind.
+/// Returns the sums over lights by kind.
 fn by_kind<'a>(lights: impl IntoIterator<Item = &'a Light>) -> BTreeMap<&'static str, LightGroup> {
     let mut groups: BTreeMap<_, LightGroup> = BTreeMap::new();
     for light in lights {
@@ -238,6 +243,7 @@ fn by_kind<'a>(lights: impl IntoIterator<Item = &'a Light>) -> BTreeMap<&'static
     groups
 }
 
+/// Collects the contents of a scene.
 fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], look: Look) -> Info {
     let (pixels, counts) = look;
     let scene = &loaded.scene;
@@ -294,6 +300,7 @@ fn describe(loaded: &Loaded, name: &str, resolution: [u32; 2], look: Look) -> In
     }
 }
 
+/// Describes the camera.
 fn camera(projection: Projection) -> String {
     match projection {
         Projection::Perspective { fov_degrees } => {
@@ -304,6 +311,7 @@ fn camera(projection: Projection) -> String {
     }
 }
 
+/// Returns the name of a light's kind.
 fn kind(light: &Light) -> &'static str {
     match light {
         Light::Area(a) => match a.polygon.vertices().len() {
@@ -316,6 +324,7 @@ fn kind(light: &Light) -> &'static str {
     }
 }
 
+/// Prints the contents of a scene for people.
 fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     let mut row = |key: &str, value: String| writeln!(out, "{key:>20}  {value}");
     // What the scene is made of.
@@ -368,7 +377,7 @@ fn print(info: &Info, out: &mut Output) -> Result<(), OutputError> {
     )
 }
 
-/// What the plan of a quick look at the scene counts, and what it skips.
+/// Prints the counts of a quick look at the scene, and what its plan skips.
 fn print_plan(
     info: &Info,
     mut row: impl FnMut(&str, String) -> Result<(), OutputError>,
@@ -388,10 +397,10 @@ fn print_plan(
     Ok(())
 }
 
-/// Lights that are printed one by one.
+/// The number of rows of lights that are printed at most.
 const MOST_ROWS: usize = 100;
 
-/// The lines on the lights: their number, and each of the first.
+/// Returns the lines about the lights: their number, and a line for each row.
 fn light_lines(info: &Info) -> Vec<[String; 2]> {
     let count: usize = info.lights.values().map(|group| group.lights).sum();
     let head = match count {
@@ -407,7 +416,7 @@ fn light_lines(info: &Info) -> Vec<[String; 2]> {
     lines
 }
 
-/// A power with four digits behind the point, or as a power of ten where those say little.
+/// Formats a power with four decimals, or as a power of ten where these would say little.
 fn watts(power: f64) -> String {
     match power != 0.0 && !(1e-2..1e9).contains(&power) {
         true => format!("{power:.4e}"),
@@ -415,10 +424,12 @@ fn watts(power: f64) -> String {
     }
 }
 
+/// Converts bytes to MiB.
 fn mebibytes(bytes: usize) -> f64 {
     bytes as f64 / f64::from(1u32 << 20)
 }
 
+/// Formats a point.
 fn triple([x, y, z]: [f64; 3]) -> String {
     format!("({x:.4}, {y:.4}, {z:.4})")
 }

@@ -1,4 +1,4 @@
-//! What each command does.
+//! The commands of the program, a module each, and the modules that they share.
 
 mod aovs;
 mod compare;

@@ -1,4 +1,4 @@
-//! `linelit completions` and `linelit man`: what shells and readers want of the command line.
+//! `linelit completions` and `linelit man`: completion scripts for shells, and manual pages.
 
 use crate::args::{Cli, ManArgs};
 use crate::output::{Output, note};
@@ -15,7 +15,8 @@ pub fn completions(shell: Shell, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// Prints the page of the program, or writes it into a folder with those of its commands.
+/// Prints the manual page of the program, or writes it into a folder with the pages of its
+/// commands.
 pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
@@ -23,6 +24,7 @@ pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
         write!(out, "{}", String::from_utf8_lossy(&page(program)?))?;
         return Ok(());
     };
+    // Collect all commands, with names such as linelit-plan-render.
     let failed = || format!("creating the folder {}", dir.display());
     std::fs::create_dir_all(dir).with_context(failed)?;
     let mut all = vec![program];
@@ -38,6 +40,7 @@ pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
         all.extend(below);
         next += 1;
     }
+    // Write a page for each.
     for command in all {
         let path = dir.join(format!("{}.1", command.get_name()));
         linelit_film::write_atomically(&path, &page(command)?)?;
@@ -46,6 +49,7 @@ pub fn man(args: &ManArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
+/// Returns the manual page of a command.
 fn page(command: Command) -> Result<Vec<u8>> {
     let mut page = Vec::new();
     Man::new(command).render(&mut page)?;

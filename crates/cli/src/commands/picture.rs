@@ -1,4 +1,4 @@
-//! Pictures in units: work in pieces that are computed in any order, by any thread or machine.
+//! Pictures in units: pieces of work that any thread or machine can compute in any order.
 //!
 //! ```text
 //!     the whole frame           a unit: one tile of the window, with all its camera
@@ -14,7 +14,7 @@
 //!
 //! There are two ways from work to picture:
 //!
-//! - *at once* ([`Picture::at_once`]): parts go to the assembly as they come, and nothing is kept;
+//! - *at once* ([`Picture::at_once`]): parts go to the assembly as they come, and none is stored;
 //! - *by a plan*, which `render` takes too for long pictures: [`Picture::plan`] lists all work,
 //!   [`Picture::run_with`] computes what is missing and keeps its parts in a folder (it may be
 //!   killed and started again, on any machine), and [`Picture::gather`] combines them.
@@ -53,25 +53,25 @@ use std::sync::{Mutex, PoisonError};
 /// The kind of plans of pictures.
 pub(super) const RENDER: &str = "render";
 
-/// What a plan of a picture says in addition to its units, so that any machine makes the same
-/// picture.
+/// The settings in a plan of a picture. With the units, they make the picture the same on any
+/// machine.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanSettings {
-    /// The words of the command line that the picture depends on, which are read again.
+    /// The words of the command line that the picture depends on, which are parsed again.
     render: Vec<String>,
     scene: String,
-    /// Pixels of the film across and down.
+    /// The width and height of the film, in pixels.
     film: [u32; 2],
-    /// The first column and the one after the last, then the rows alike.
+    /// The first column and the one after the last, then the rows.
     window: [u32; 4],
     /// The matrices of the camera ([`Document::world_to`](linelit_film::Document::world_to)).
     world_to: [Option<[f32; 16]>; 2],
-    /// Whether it is lit by a lamp that is not in the scene's file.
+    /// Whether the picture is lit by a light that is not in the scene's file.
     has_lamp: bool,
 }
 
-/// A picture in units.
+/// A picture that is cut into units.
 pub(super) struct Picture {
     scene: String,
     args: PictureArgs,
@@ -82,13 +82,15 @@ pub(super) struct Picture {
     work: Vec<Work>,
 }
 
-/// The plan that `plan render` writes.
+/// Returns the plan that `plan render` writes.
 pub(super) fn plan(args: &PlanRenderArgs) -> Result<Plan> {
     aovs::check(&args.picture, false)?;
+    // Read the scene.
     let sources = Sources::new(&args.read);
     let mut scene = sources.load(&args.scene)?;
     let window = image::set_film(&mut scene, &args.picture);
     image::check_lights(&scene, &args.picture)?;
+    // Cut the picture by the estimated time of a pixel.
     let pixel = pixel_seconds(&scene, &args.picture);
     let cut = Cut::choose(&args.picture, window, pixel, args.tile, args.split_samples);
     Picture::new(&args.scene, &scene, &args.picture, window)
@@ -97,7 +99,7 @@ pub(super) fn plan(args: &PlanRenderArgs) -> Result<Plan> {
 }
 
 impl Picture {
-    /// A picture in the units in which it is computed at once.
+    /// Creates a picture with the units in which it is computed at once.
     pub(super) fn new(
         name: &str,
         scene: &SceneDescription,
@@ -129,7 +131,7 @@ impl Picture {
         self
     }
 
-    /// The plan of the picture, a pixel of which takes `pixel_seconds` by a guess.
+    /// Returns the plan of the picture, given an estimate of the seconds that a pixel takes.
     pub(super) fn plan(&self, pixel_seconds: f64, sources: &Sources<'_>) -> Result<Plan> {
         let settings = PlanSettings {
             render: given::<Again<PictureArgs>>()?,
@@ -139,7 +141,7 @@ impl Picture {
             world_to: self.world_to,
             has_lamp: self.has_lamp,
         };
-        // Name each unit by its pixels and its block, and guess its cost.
+        // Name each unit by its pixels and its block, and estimate its cost.
         let blocks = self.args.blocks();
         let unit = |work: &Work| -> Result<Unit> {
             let [x0, x1, y0, y1] = work.tile;
@@ -155,7 +157,7 @@ impl Picture {
         sources.plan(RENDER, &settings, std::slice::from_ref(&self.scene), units)
     }
 
-    /// The picture of a plan, and how its scene is read.
+    /// Returns the picture of a plan, and the options for reading its scene.
     pub(super) fn open(folder: &Folder) -> Result<(Self, ReadArgs)> {
         // Read the settings, the words of the command line, and the work of all units.
         let plan = folder.plan();
@@ -200,7 +202,7 @@ impl Picture {
         Ok(self.run_with(&renderer, folder, options)?)
     }
 
-    /// Computes the picture's units in a folder by a renderer of its scene.
+    /// Computes the remaining units in a folder, by a renderer of the scene.
     pub(super) fn run_with(
         &self,
         renderer: &Renderer<'_>,
@@ -214,9 +216,10 @@ impl Picture {
         })
     }
 
-    /// Computes the picture on the threads of the current pool, shows tiles as they come, and keeps
-    /// nothing. Returns the picture, its numbers as [`image::counted`] names them, and all counts.
-    /// The picture must not be cut by blocks, which would have to come in their order.
+    /// Computes the picture on the threads of the current pool, shows tiles as they are finished,
+    /// and stores no parts. Returns the picture, its numbers as [`image::counted`] names them, and
+    /// all counts. The picture must not be cut by blocks, which would have to be added in their
+    /// order.
     pub(super) fn at_once(
         &self,
         renderer: &Renderer<'_>,
@@ -286,7 +289,7 @@ impl Picture {
         Ok(())
     }
 
-    /// The image that merging is to write, once it is sure that it can be written.
+    /// Returns the image that merging should write, after checking that it can be written.
     fn image_path<'a>(&self, args: &'a MergeArgs) -> Result<&'a Path> {
         let Some(path) = &args.output else {
             let text = "merging a picture writes an image: -o IMAGE.exr, .pfm or .png";

@@ -1,4 +1,5 @@
-//! `linelit plan`, `run`, `merge` and `status`.
+//! `linelit plan`, `run`, `merge` and `status`: the work of a command in a folder that any number
+//! of processes share.
 
 use super::picture::{self, Picture, RENDER};
 use super::study::{self, CONVERGE, StudyPlan};
@@ -15,17 +16,17 @@ use linelit_plan::{Folder, Plan, Shard};
 use std::path::Path;
 use std::time::Duration;
 
-/// The time between two looks of `status --watch`.
+/// The time between two lines of `status --watch`.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Work that a plan holds.
+/// The work in a plan, by its kind.
 enum Planned {
     Picture(Box<(Picture, ReadArgs)>),
     Study(Box<StudyPlan>),
     Factors(Box<Factors>),
 }
 
-/// Opens a plan that this program made.
+/// Opens a plan that this version of the program made.
 fn open(path: &Path) -> Result<(Folder, Planned)> {
     let folder = Folder::open(path)?;
     folder.check_program(&program())?;
@@ -38,10 +39,10 @@ fn open(path: &Path) -> Result<(Folder, Planned)> {
     Ok((folder, planned))
 }
 
-/// Makes the folder of a plan.
+/// Writes the folder of a plan.
 ///
 /// # Errors
-/// If what is planned cannot be read, or the folder cannot be made or holds something else.
+/// If the scene or file cannot be read, or the folder cannot be created or holds other files.
 pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     match &args.kind {
         PlanKind::Render(args) => finish(&picture::plan(args)?, &args.planned, "picture.exr", out),
@@ -55,8 +56,9 @@ pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
 /// Computes the remaining units of a plan, or of a shard of it.
 ///
 /// # Errors
-/// If the plan cannot be read, is of another program, or a unit fails.
+/// If the plan cannot be read, was made by another version of the program, or a unit fails.
 pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
+    // Open the plan, and find the shard and the number of threads.
     let (folder, planned) = open(&args.plan)?;
     let shard = shard(args)?;
     let goes_on = format!("`linelit run {}`", folder.path().display());
@@ -64,6 +66,7 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         asked => asked,
     };
+    // Compute the units.
     let ran = work_off(
         &folder,
         shard,
@@ -76,6 +79,7 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
             Planned::Factors(plan) => plan.run(&folder, options),
         },
     )?;
+    // Print what was done.
     let (computed, found, elsewhere) = (ran.computed, ran.found, ran.elsewhere);
     if args.json {
         let found = serde_json::json!({
@@ -98,7 +102,7 @@ pub fn run(args: &RunArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
-/// The shard that words or environment say, which is noted.
+/// Returns the shard from the command line or, with a note, from the environment.
 fn shard(args: &RunArgs) -> Result<Shard> {
     if let Some(shard) = args.shard {
         return Ok(shard);
@@ -118,10 +122,10 @@ fn shard(args: &RunArgs) -> Result<Shard> {
     }
 }
 
-/// Puts the parts of a plan together.
+/// Puts the parts of a plan together, and writes the result.
 ///
 /// # Errors
-/// If parts are missing, which are named, or the result cannot be written.
+/// If parts are missing (the error names them), or the result cannot be written.
 pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
     match open(&args.plan)? {
         (folder, Planned::Factors(plan)) => plan.merge(&folder, args, out),
@@ -134,13 +138,14 @@ pub fn merge(args: &MergeArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-/// Says how far a plan is, whichever program made it.
+/// Prints the progress of a plan, made by any version of the program.
 pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
     let folder = Folder::open(&args.plan)?;
     if args.watch {
         interrupt::watch().context("watching for signals")?;
     }
     loop {
+        // Print the numbers of units and their estimated costs.
         let status = folder.status()?;
         let open = status.units - status.done;
         if args.json {
@@ -169,6 +174,7 @@ pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
                 left.unwrap_or_default()
             )?;
         }
+        // Wait and print again, until all is done or a signal comes.
         out.flush()?;
         if !args.watch || open == 0 || interrupt::stopped() {
             return Ok(());
@@ -177,16 +183,16 @@ pub fn status(args: &StatusArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-/// Writes a plan of any kind, and says what it is or how it is run; `result` is what merging it
-/// writes.
+/// Writes a plan of any kind, and prints what it is or how to run it. `result` is the name of the
+/// file that merging it writes.
 fn finish(plan: &Plan, args: &PlannedArgs, result: &str, out: &mut Output) -> Result<()> {
-    // Write the folder, and print a script that runs the plan if one is wanted.
+    // Write the folder, and print a script that runs the plan if one is requested.
     let folder = Folder::create(&args.output, plan)?;
     if let Some(kind) = args.script {
         write!(out, "{}", script(kind, args, result)?)?;
         return Ok(());
     }
-    // Else print what the plan is.
+    // Otherwise print what the plan is.
     let cost: f64 = plan.units.iter().map(|unit| unit.cost).sum();
     let most = plan.units.iter().map(|unit| unit.cost).fold(0.0, f64::max);
     if args.json {
@@ -213,7 +219,7 @@ fn finish(plan: &Plan, args: &PlannedArgs, result: &str, out: &mut Output) -> Re
     Ok(())
 }
 
-/// The lines that run a plan.
+/// Returns the script that runs a plan on a system.
 fn script(kind: Script, args: &PlannedArgs, result: &str) -> Result<String> {
     let whole = std::path::absolute(&args.output).context("finding the whole path of the plan")?;
     let program = std::env::current_exe().context("finding this program")?;

@@ -1,4 +1,5 @@
-//! Convergence studies as plans: planned, run and merged, at once by `converge` or apart.
+//! Convergence studies as plans, which `converge` plans, runs and merges in one go, and `plan`,
+//! `run` and `merge` step by step.
 
 use super::threads::pool_of;
 use super::{list, units};
@@ -26,11 +27,12 @@ use std::time::Instant;
 /// The kind of plans of convergence studies.
 pub(super) const CONVERGE: &str = "converge";
 
-/// The study that the command line names.
+/// Returns the study that the command line names.
 ///
 /// # Errors
-/// A [`UsageError`] if a study is named beside scenes, or lacks one; if there is no such scene.
+/// A [`UsageError`] if a study is named together with scenes, has too many scenes, or lacks one.
 pub(super) fn resolve(what: &[String]) -> Result<Study> {
+    // A study that can be run on a scene of the user's.
     if let [name, scene @ ..] = what
         && takes_scene(name)
     {
@@ -45,6 +47,7 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
             ))
         });
     }
+    // Any other study, or a list of scenes for the default study.
     let named = |what: &String| studies().any(|(n, _)| n == what && !takes_scene(n));
     match what {
         [] => Ok(Study::Convergence(Box::new(default_study()))),
@@ -66,7 +69,7 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
     }
 }
 
-/// Checks that a name is that of a scene, and no misspelt study.
+/// Checks that a name refers to a scene, and suggests a study if it looks like a misspelt one.
 fn scene_is_there(name: &str) -> Result<()> {
     Place::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);
@@ -82,11 +85,12 @@ fn scene_is_there(name: &str) -> Result<()> {
     })
 }
 
+/// Returns a usage error.
 fn usage(what: String) -> anyhow::Error {
     UsageError(what).into()
 }
 
-/// Refuses the first flag that a page of claims and drawings sets itself.
+/// Refuses flags that a page of claims and drawings sets itself.
 ///
 /// # Errors
 /// A [`UsageError`] that names the flag.
@@ -106,9 +110,10 @@ pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs) -> Result<()> {
     first(name, BUILT_IN, &of_files(&args.common.read))
 }
 
-/// Why the files of scenes are not to be spoken of.
+/// The reason why flags about the files of scenes are refused.
 const BUILT_IN: &str = "built-in scenes name no files";
 
+/// Returns the flags about the files of scenes, and whether they were given.
 fn of_files(read: &ReadArgs) -> [(&'static str, bool); 2] {
     [
         ("--root", read.root.is_some()),
@@ -116,6 +121,7 @@ fn of_files(read: &ReadArgs) -> [(&'static str, bool); 2] {
     ]
 }
 
+/// Refuses the first of these flags that was given.
 fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(UsageError(format!("`{name}` takes no {flag}: {why}")).into()),
@@ -123,10 +129,10 @@ fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
     }
 }
 
-/// Checks that there are such scenes, and refuses flags about their files where none is a file.
+/// Checks that the scenes exist, and refuses flags about their files if none is a file.
 ///
 /// # Errors
-/// A [`UsageError`] that names the flag, or the scene that is not there.
+/// A [`UsageError`] that names the flag, or an error that names the missing scene.
 pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
     scenes.iter().try_for_each(|scene| scene_is_there(scene))?;
     let is_file = |scene: &String| matches!(Place::find(scene), Ok(Place::File(_)));
@@ -165,22 +171,23 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
     spec.spheres = args.spheres.unwrap_or(spec.spheres);
 }
 
-/// The settings of the plan of a study.
+/// The settings in the plan of a study.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settings {
-    /// The words of `converge` that numbers depend on.
+    /// The words of `converge` that the numbers depend on.
     converge: Vec<String>,
-    /// The values that the words come to, for those who look.
+    /// The values that follow from these words, for people who read the plan.
     settings: BTreeMap<String, String>,
 }
 
-/// The plan of a study, and the files that it keeps.
+/// Returns the plan of a study, including the files that its scenes were read from.
 pub(super) fn plan(
     args: &StudyArgs,
     work: &Work<'_, '_, '_>,
     sources: &Sources<'_>,
 ) -> Result<Plan> {
+    // Keep the words that numbers depend on, with whole paths of scenes.
     let is_scene = |name: &&String| !studies().any(|(known, _)| known == **name);
     let whole = |name: &String| match Some(name).filter(is_scene) {
         Some(scene) => inputs::whole_path(scene),
@@ -188,7 +195,8 @@ pub(super) fn plan(
     };
     let mut words: Vec<String> = args.what.iter().map(whole).collect::<Result<_>>()?;
     words.extend(given::<Again<StudyArgs>>()?);
-    // No number depends on the time budget: with more time the plan is the same, and goes on.
+    // No number depends on the time budget: with more time the plan is the same, and can be
+    // continued.
     let spec = StudySpec {
         time_budget: None,
         ..work.spec().clone()
@@ -197,6 +205,7 @@ pub(super) fn plan(
         converge: words,
         settings: spec.record(String::new()).settings,
     };
+    // List the units with their estimated costs and needs.
     let number = |k: usize| u32::try_from(k).context("too many units");
     let unit = |planned: PlannedUnit| -> Result<Unit> {
         let work = serde_json::to_string(&planned.unit)?;
@@ -209,7 +218,7 @@ pub(super) fn plan(
     sources.plan(CONVERGE, &settings, &spec.scenes, units)
 }
 
-/// The plan that `plan converge` asks for.
+/// Returns the plan that `plan converge` writes.
 pub(super) fn make(args: &PlanConvergeArgs) -> Result<Plan> {
     let mut spec = spec_of(&args.study)?;
     check_scenes(&spec.scenes, &args.read)?;
@@ -219,7 +228,7 @@ pub(super) fn make(args: &PlanConvergeArgs) -> Result<Plan> {
     pool_of(0)?.install(|| with_work(&spec, &load, |work| plan(&args.study, work, &sources)))
 }
 
-/// The convergence study that words name, before flags change it.
+/// Returns the convergence study that words name, before flags change it.
 fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     match resolve(&args.what)? {
         Study::Convergence(spec) => Ok(*spec),
@@ -231,13 +240,13 @@ fn spec_of(args: &StudyArgs) -> Result<StudySpec> {
     }
 }
 
-/// The units of a plan, as a study has them.
+/// Returns the units of a plan as the units of a study.
 pub(super) fn units(plan: &Plan) -> Result<Vec<SceneUnit>> {
     let unit = |unit: &Unit| Ok(serde_json::from_str(&unit.work)?);
     plan.units.iter().map(unit).collect()
 }
 
-/// The units of a plan with what the plan says of them.
+/// Returns the units of a plan with their names, costs and needs.
 pub(super) fn planned(plan: &Plan) -> Result<Vec<PlannedUnit>> {
     let known = |(unit, own): (SceneUnit, &Unit)| PlannedUnit {
         unit,
@@ -252,7 +261,8 @@ pub(super) fn planned(plan: &Plan) -> Result<Vec<PlannedUnit>> {
         .collect())
 }
 
-/// Computes a plan's remaining units, one at a time on all threads of the pool: times are measured.
+/// Computes a plan's remaining units, one at a time on all threads of the pool, because their times
+/// are measured.
 pub(super) fn run(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
@@ -264,13 +274,14 @@ pub(super) fn run(
         threads: 1,
         ..*options
     };
+    // Compute a unit from the parts that it needs, if these were not left out.
     let compute = |task: &Task<'_>| {
         let needed = |each: &mut dyn FnMut(usize, Vec<u8>) -> Result<()>| {
             let mut needs = task.unit().needs.clone().filter(|k| !task.is_left_out(*k));
             needs.try_for_each(|k| each(k as usize, task.part(k)?))
         };
         let computed = work.compute(&units, task.number() as usize, &needed);
-        // What the plan fails with is kept as it is: whether to try again depends on it.
+        // Pass on errors of the plan unchanged: whether to try again depends on them.
         computed.map_err(|e| match e.downcast::<PlanError>() {
             Ok(error) => BoxError::from(error),
             Err(error) => error.into(),
@@ -281,7 +292,7 @@ pub(super) fn run(
     })?)
 }
 
-/// A convergence study of a plan.
+/// A convergence study that was read from a plan.
 #[derive(Debug)]
 pub(super) struct StudyPlan {
     spec: StudySpec,
@@ -290,7 +301,7 @@ pub(super) struct StudyPlan {
 }
 
 impl StudyPlan {
-    /// The study that a plan is of.
+    /// Returns the study of a plan.
     pub(super) fn open(folder: &Folder) -> Result<Self> {
         let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
         let Again { args, read } = Again::<StudyArgs>::try_parse_from(&settings.converge)?;
@@ -320,11 +331,13 @@ impl StudyPlan {
     /// Puts the parts together and writes the report.
     pub(super) fn merge(&self, folder: &Folder, args: &MergeArgs, out: &mut Output) -> Result<()> {
         let start = Instant::now();
+        // Check that all parts exist and that the report can be written.
         units::refuse_picture_flags(&args.file)?;
         let missing = folder.read_all(|_, _| Ok(()))?;
         units::check(folder, &missing)?;
         let default = Path::new("out");
         let to = OutputFolder::open(args.output.as_deref().unwrap_or(default))?;
+        // Gather the parts, and write the report.
         let pool = pool_of(args.threads)?;
         let load = |name: &str| self.load(folder, name);
         let command = format!("linelit converge {}", quoted(self.words.iter().cloned()));
@@ -336,7 +349,7 @@ impl StudyPlan {
     }
 }
 
-/// Puts parts together. What is missing or broken is left out.
+/// Puts parts together. Missing and broken parts are left out.
 pub(super) fn gather(
     work: &Work<'_, '_, '_>,
     folder: &Folder,
@@ -353,7 +366,7 @@ pub(super) fn gather(
     work.gather(&units, &part, record)
 }
 
-/// Writes the files of a study, and says what is in them.
+/// Writes the files of a study, and prints its results.
 pub(super) fn write(
     record: &StudyRecord,
     exhibits: Exhibits,
@@ -361,11 +374,13 @@ pub(super) fn write(
     json: bool,
     out: &mut Output,
 ) -> Result<()> {
+    // Write the files.
     for (name, bytes) in record.files(exhibits)? {
         folder.add(&name, bytes);
     }
     let report = folder.path_of("report.html");
     folder.finish()?;
+    // Print what was left out, and the results.
     for sentence in record.left_out_sentences() {
         note(format_args!("note: {sentence}"));
     }
@@ -381,13 +396,13 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Words as one would give them to a shell again.
+/// Joins words, quoted for a shell.
 pub(super) fn quoted(words: impl Iterator<Item = String>) -> String {
     let words: Vec<String> = words.map(|word| units::quoted(&word)).collect();
     words.join(" ")
 }
 
-/// The errors and times that the report begins with.
+/// Prints the verdicts with which the report begins.
 fn print_verdicts(record: &StudyRecord, out: &mut Output) -> Result<(), OutputError> {
     for verdict in Verdict::all(record) {
         let [scene, lines, error, time, points, theirs, ratio, exact] = verdict.cells();
@@ -406,6 +421,7 @@ fn print_verdicts(record: &StudyRecord, out: &mut Output) -> Result<(), OutputEr
     Ok(())
 }
 
+/// Prints the table of orders of convergence.
 fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError> {
     writeln!(
         out,
@@ -434,6 +450,7 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
     Ok(())
 }
 
+/// Prints the table of the pictures of the gallery, if there are any.
 fn print_gallery(gallery: &[GalleryRow], out: &mut Output) -> Result<(), OutputError> {
     if gallery.is_empty() {
         return Ok(());

@@ -1,7 +1,7 @@
 //! `render --tev`: a picture shown in the viewer tev while it is computed.
 //!
-//! Tiles are sent by a thread of their own, so that a viewer that reads slowly, or not at all,
-//! holds nothing up. What goes wrong ends the connection, not the render.
+//! A separate thread sends the tiles, so that a viewer that reads slowly, or not at all, does not
+//! delay the render. An error ends the connection, not the render.
 #![allow(
     clippy::disallowed_methods,
     reason = "speaks to tev on a thread of its own"
@@ -17,22 +17,23 @@ use std::thread;
 use std::time::Duration;
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
-/// The channels of a pixel, one after the other.
+/// The channels of a pixel, in the order in which they are sent.
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// How long tev may take to answer, to read anything, and to read the rest once all is computed.
+/// The longest time that tev may take to answer, to read any data, and to read the rest once the
+/// picture is computed.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A connection to tev, which shows one image.
 pub(super) struct Viewer {
     tiles: Sender<Pixels>,
-    /// Says whether tev answers, and is closed once nothing more will be sent.
+    /// Receives whether tev answers; it is closed once no more tiles will be sent.
     answers: Receiver<io::Result<()>>,
     /// The column and row of the image's upper left pixel.
     corner: [u32; 2],
 }
 
-/// The pixels of a tile, and where they are in the image.
+/// The pixels of a tile, and their position in the image.
 struct Pixels {
     corner: [u32; 2],
     size: [u32; 2],
@@ -44,8 +45,9 @@ impl Viewer {
     pub(super) fn new(address: &str, name: &str, window: Tile) -> Result<Self> {
         let ((tiles, received), (answer, answers)) = (channel(), channel());
         let [to, name] = [address, name].map(str::to_owned);
+        // Connect on a thread of its own, which then sends the tiles that come.
         thread::spawn(move || {
-            // Nobody listens to an answer that comes too late.
+            // An answer that comes too late is not received by anyone.
             let mut client = match connect(&to, &name, window) {
                 Ok(client) => client,
                 Err(error) => return drop(answer.send(Err(error))),
@@ -58,6 +60,7 @@ impl Viewer {
                 note(format_args!("note: tev is gone: {error}"));
             }
         });
+        // Wait for the answer.
         match answers.recv_timeout(PATIENCE) {
             Ok(answer) => answer.with_context(|| format!("no tev answers at {address}"))?,
             Err(_) => bail!("no tev answers at {address} within {PATIENCE:?}"),
@@ -76,7 +79,7 @@ impl Viewer {
             let first = row as usize * image.width as usize + x as usize;
             &image.rgb[first..first + tile.width() as usize]
         });
-        // Where tev is gone there is nobody to show it to.
+        // If tev is gone, the tile is dropped.
         let _ = self.tiles.send(Pixels {
             corner: [x, y],
             size: [tile.width(), tile.height()],
@@ -84,7 +87,7 @@ impl Viewer {
         });
     }
 
-    /// Waits for tev to read what is still on the way to it.
+    /// Waits for tev to read the tiles that are still being sent.
     pub(super) fn finish(self) {
         drop(self.tiles);
         if matches!(

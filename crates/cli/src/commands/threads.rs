@@ -1,16 +1,16 @@
-//! Threads, and what a terminal shows while they work.
+//! Pools of threads, and the progress bar that a terminal shows while they work.
 
 use crate::args::SceneArgs;
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::ThreadPool;
 
-/// A pool of the threads that the flags ask for.
+/// Creates a pool with the number of threads that the flags request.
 pub fn pool(args: &SceneArgs) -> Result<ThreadPool> {
     pool_of(args.threads)
 }
 
-/// A pool of this many threads, or for zero of as many as there are cores.
+/// Creates a pool of this many threads, or for zero of as many as there are cores.
 pub(super) fn pool_of(threads: usize) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -18,7 +18,7 @@ pub(super) fn pool_of(threads: usize) -> Result<ThreadPool> {
         .context("starting the threads")
 }
 
-/// A progress bar that hides itself where there is no terminal.
+/// Creates a progress bar, which is hidden where there is no terminal.
 #[must_use]
 pub fn bar(message: &str) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:28} {wide_bar} {pos}/{len} {eta}")

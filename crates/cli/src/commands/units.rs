@@ -1,4 +1,5 @@
-//! Working off plans, whichever command asks for it, and what is missing of them.
+//! The shared work of all commands that run plans: running until done or interrupted, and listing
+//! what is missing.
 
 use crate::args::{ImageArgs, UsageError};
 use crate::folder::remove_all;
@@ -10,21 +11,22 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Units that are named one by one.
+/// The largest number of missing units that are named one by one.
 const NAMED: usize = 8;
 
-/// Begins to keep what is done of a picture or a study, as `what` says, or goes on with what an
-/// interrupted command kept.
+/// Creates a plan for storing the intermediate results of a picture or study (`what`), or opens the
+/// plan of an interrupted command to continue it.
 pub(super) fn keep(path: &Path, plan: &Plan, what: &str) -> Result<Folder> {
     let create = || Folder::create(path, plan);
     let made = match create() {
-        // Nothing of it is lost.
+        // Replace the plan of another command if no unit of it was done.
         Err(PlanError::Another { .. }) if Folder::open(path)?.status()?.done == 0 => {
             remove_all(path)?;
             create()
         }
         made => made,
     };
+    // Refuse to continue the plan of another command.
     let folder = made.map_err(|e| match e {
         PlanError::Another { path, differs } => anyhow!(
             "{} keeps an interrupted {what} of another command ({differs}): that command goes on \
@@ -33,6 +35,7 @@ pub(super) fn keep(path: &Path, plan: &Plan, what: &str) -> Result<Folder> {
         ),
         other => other.into(),
     })?;
+    // Note how much is already done.
     let before = folder.status()?;
     if before.done > 0 {
         note(format_args!(
@@ -44,8 +47,8 @@ pub(super) fn keep(path: &Path, plan: &Plan, what: &str) -> Result<Folder> {
     Ok(folder)
 }
 
-/// Works off a plan, but for the units that it is to `leave` out, until it is done or a signal
-/// comes ([`TryAgain`]); then says what `goes_on` with it.
+/// Computes the units of a plan, except those that `leave` leaves out, until all are done or a
+/// signal comes. The error is then [`TryAgain`], which says how the work `goes_on`.
 pub(super) fn work_off(
     folder: &Folder,
     shard: Shard,
@@ -55,6 +58,7 @@ pub(super) fn work_off(
     work: impl FnOnce(&Run<'_>) -> Result<Ran>,
 ) -> Result<Ran> {
     interrupt::watch().context("watching for signals")?;
+    // Show progress, and stop at the first signal.
     let progress = cost_bar(folder);
     let said = AtomicBool::new(false);
     let options = Run {
@@ -81,6 +85,7 @@ pub(super) fn work_off(
     };
     let result = work(&options);
     progress.finish_and_clear();
+    // Turn an interruption into advice on how to continue.
     match result {
         Err(e)
             if matches!(e.downcast_ref(), Some(PlanError::Interrupted)) && interrupt::stopped() =>
@@ -94,6 +99,7 @@ pub(super) fn work_off(
     }
 }
 
+/// Returns the length of a unit on the progress bar.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -103,7 +109,8 @@ const fn milliseconds(cost: f64) -> u64 {
     (1e3 * cost) as u64 + 1
 }
 
-/// The unit in hand, and the time left by what units cost, at the terminal if there is one.
+/// Creates a progress bar that shows the current unit and the time left according to the costs of
+/// units.
 fn cost_bar(folder: &Folder) -> ProgressBar {
     let style = ProgressStyle::with_template("{wide_msg} {bar:20} {eta:>6}");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -122,6 +129,7 @@ pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
     if missing.is_empty() {
         return Ok(());
     }
+    // Name some of the units that have no part, and some whose part is broken.
     let units = &folder.plan().units;
     let mut text = format!("{} of {} units are missing", missing.len(), units.len());
     let named = |number: &u32| units[*number as usize].name.as_str();
@@ -145,7 +153,7 @@ pub(super) fn check(folder: &Folder, missing: &Missing) -> Result<()> {
     Err(TryAgain(format!("{text}. `linelit run {path}` does them")).into())
 }
 
-/// Refuses the flags of a picture's file where none is written.
+/// Refuses the flags about a picture's file where no picture is written.
 pub(super) fn refuse_picture_flags(file: &ImageArgs) -> Result<(), UsageError> {
     if file.exposure.abs() > 0.0 || file.compression.is_some() {
         let text = "--exposure and --compression are for plans of pictures";
@@ -154,7 +162,7 @@ pub(super) fn refuse_picture_flags(file: &ImageArgs) -> Result<(), UsageError> {
     Ok(())
 }
 
-/// A word as one would give it to a shell.
+/// Quotes a word for a shell.
 pub(super) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./+,:=@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -1,4 +1,4 @@
-//! The program far from the repository that it was built in.
+//! The program away from the repository that it was built in: it needs no other file.
 
 use crate::common::{PROGRAM, folder, names, path, small_study, text};
 use linelit_film::Image;
@@ -6,14 +6,14 @@ use linelit_scenes::BuiltIn;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The program in a folder of nothing, without a home.
+/// Runs the program in an empty folder, without a home folder.
 fn in_folder(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(PROGRAM);
     let command = command.args(arguments).current_dir(folder).env_clear();
     command.output().unwrap()
 }
 
-/// No built-in scene reads a file, or leaves one.
+/// No built-in scene reads a file, or leaves one behind.
 #[test]
 fn built_in_scenes_need_no_folder() {
     let (dir, out) = (folder("alone"), folder("alone-out"));
@@ -43,7 +43,7 @@ fn built_in_scenes_need_no_folder() {
         );
     }
 
-    // A file of the name is the user's, and comes first.
+    // A file of the user's with the same name takes precedence.
     std::fs::write(dir.join("plates"), "").unwrap();
     let said = text(&in_folder(&dir, &["info", "plates"]).stderr);
     assert!(

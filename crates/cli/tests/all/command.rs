@@ -1,4 +1,4 @@
-//! The command line, as a user runs it.
+//! The exit statuses and messages of the command line, as a user runs it.
 
 use crate::common::{folder, linelit, path, succeeded, text};
 
@@ -109,7 +109,7 @@ fn renders_are_reproducible_and_compare_equal() {
     let whole = linelit_film::Image::read(&a).unwrap();
     let bits = |v: [f32; 3]| v.map(f32::to_bits);
     assert_eq!(bits(cropped.get(0, 12)), bits(whole.get(6, 12)));
-    // The file says where the part lies, and it is compared there.
+    // The file states the position of the part, where it is compared.
     let placement = linelit_film::Document::read(&crop).unwrap().placement;
     assert_eq!(
         placement.map(|p| (p.origin, p.full)),
@@ -154,7 +154,7 @@ fn a_study_leaves_its_report() {
     assert!(csv.starts_with("scene,pixels,estimator,sampler,samples,trials,mse,mse_stderr,mrse,variance,bias,bias_stderr,cpu_seconds,cpu_error,wall_seconds,rays,line_queries,node_tests,triangle_tests,intervals,processor"));
     assert!(std::fs::read_dir(dir.join("plots")).unwrap().count() >= 2);
     let page = std::fs::read_to_string(dir.join("report.html")).unwrap();
-    // Pictures are letters that may spell anything.
+    // Pictures are base64, in which any word may occur.
     let (first, pictures) = page.split_once("base64,").unwrap();
     let after = |picture: &str| picture.split_once('"').map(|(_, text)| text.to_owned());
     let others: String = pictures.split("base64,").filter_map(after).collect();

@@ -1,4 +1,4 @@
-//! `compare`: figures, parts, and the pictures that it writes.
+//! `compare`: its metrics, parts of pictures, and the maps that it writes.
 
 use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::{Document, Exposure, Image, Placement, srgb_decode, write_png};
@@ -18,7 +18,7 @@ fn number(value: &Value, key: &str) -> f64 {
         .unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
-/// A ramp, and the same with an error that grows downwards, in red alone.
+/// Writes a ramp, and the same ramp with an error in red that grows downwards.
 fn pair(folder: &Path) -> [std::path::PathBuf; 2] {
     let ramp = Image::from_fn(16, 12, |x, y| [x as f32 / 15.0, 0.5, y as f32 / 11.0]);
     let seen = Image::from_fn(16, 12, |x, y| {
@@ -42,10 +42,10 @@ fn layers_channels_and_metadata_are_told_apart() {
     assert!(number(&same, "mse") <= 0.0 && same["crop"].is_null());
     let layer = format!("{}:seen", exr.display());
     let other = compared(&[&layer, path(&pfm)]);
-    // Σ y²/32² over 12 rows, a third of all channels.
+    // Σ y²/32² over 12 rows, in one of three channels.
     let square = f64::from((0..12).map(|y| y * y).sum::<i32>()) / 1024.0 / 12.0;
-    // Each value is an f32 near 1, of which the difference is off by 2⁻²⁴ and the square by twice
-    // that of a third.
+    // Each value is an f32 near 1. The difference is off by 2⁻²⁴, and the square by twice that, in
+    // one of three channels.
     let rounding = 2f64.powi(-24);
     assert!(
         (number(&other, "mse") - square / 3.0).abs() < rounding,
@@ -123,8 +123,8 @@ fn what_cannot_be_compared_is_said() {
     }
 }
 
-/// The ramp of [`pair`] over some columns and rows of it, which may lie beyond its edges, moved by
-/// an error, in a file that says where they lie.
+/// Writes some columns and rows of the ramp of [`pair`], which may lie beyond its edges, with an
+/// error added, to a file that states their position.
 fn ramp_at(file: &Path, [x0, y0]: [i32; 2], [width, height]: [u32; 2], error: f32) {
     let image = Image::from_fn(width, height, |x, y| {
         let at = |from: i32, k: u32| from as f32 + k as f32;
@@ -157,9 +157,9 @@ fn parts_of_a_picture_are_compared_where_they_lie() {
     ramp_at(&left, [0, 0], [8, 12], 0.0);
     ramp_at(&middle, [4, 3], [8, 6], 0.0);
     ramp_at(&right, [8, 0], [8, 12], 0.0);
-    // With pixels beyond all edges, and off by a quarter in red.
+    // A picture with pixels beyond all edges, and with an error of a quarter in red.
     ramp_at(&beyond, [-2, -1], [20, 14], 0.25);
-    // The pixels of the middle at another place.
+    // The pixels of the middle, at another position.
     let mut document = Document::read(&middle).unwrap();
     document.placement.as_mut().unwrap().origin = [0, 0];
     document.write(&wrong).unwrap();
@@ -178,11 +178,12 @@ fn parts_of_a_picture_are_compared_where_they_lie() {
         // Sums and differences of f32 below 2 are off by 2⁻²³.
         assert!((red - error).abs() <= 2f64.powi(-23), "{m}");
     }
-    // All of the picture is no part, and parts of parts are counted in the whole picture.
+    // The whole picture is not reported as a part, and parts of parts have coordinates of the whole
+    // picture.
     assert!(compared(&[path(&beyond), path(&pfm)])["crop"].is_null());
     let part = compared(&[path(&middle), path(&pfm), "--crop", "0,.5,.5,1"]);
     assert_eq!(part["crop"], serde_json::json!([4, 8, 6, 9]));
-    // Layers lie where the picture does, and so do maps.
+    // Layers and maps have the position of the picture.
     let depths = [&middle, &left].map(|file| format!("{}:depth", file.display()));
     assert_eq!(compared(&[&depths[0], &depths[1]])["pixels"], 24);
     let map = dir.join("map.exr");
@@ -212,7 +213,7 @@ fn pictures_without_a_pixel_in_common_are_refused() {
         &[l, path(&pfm), "--crop", ".5,1,0,1"],
         "no pixel of that --crop in common",
     );
-    // Of another picture: larger, or at another place of the plane of all pixels.
+    // Parts of another picture, which is larger or begins at another pixel.
     let moved = |full, corner| {
         let mut document = Document::read(&left).unwrap();
         let origin = [0, 0];
@@ -252,7 +253,7 @@ fn maps_are_what_the_figures_are_means_of() {
         number(&whole, "bias")
     ));
 
-    // The right half of the rows from the middle: as if cut out before.
+    // The right half of the lower rows gives the same as if it had been cut out before.
     let crop = ["--crop", "0.5,1,0.5,1"];
     let part = compared(&[&[&layer, path(&pfm)], &crop[..], &maps[..]].concat());
     assert_eq!(part["crop"], serde_json::json!([8, 16, 6, 12]));
@@ -270,7 +271,8 @@ fn maps_are_what_the_figures_are_means_of() {
     assert_eq!((map.width, map.height), (8, 6));
 }
 
-/// Red above the middle grey, which the others are; colours from dark to light.
+/// The difference is above the middle grey in red, and equals it in the other channels; the error
+/// map goes from dark to light colours.
 #[test]
 fn maps_are_pictures_too() {
     let dir = folder("compare-shown");
@@ -303,7 +305,7 @@ fn maps_are_pictures_too() {
     assert_eq!(shown.rgb[11 * 16], [171, 128, 128]);
 }
 
-/// A picture of 8 bits is what a screen shows.
+/// A picture of 8 bits is decoded as a screen shows it.
 #[test]
 fn pictures_of_bytes_are_read() {
     let dir = folder("compare-png");

@@ -1,4 +1,4 @@
-//! `docs/formats.schema.json` and `docs/formats.md` say what the program writes, no less, no more.
+//! `docs/formats.schema.json` and `docs/formats.md` describe exactly what the program writes.
 
 use crate::common::{folder, late_study, path, read, small_study, smallest, succeeded};
 use serde_json::Value;
@@ -15,11 +15,11 @@ fn document(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Checks documents, as far as our schema uses its words: type, properties, required,
+/// A checker of documents for the keywords that our schema uses: type, properties, required,
 /// additionalProperties, items, minItems, maxItems, $ref.
 struct Schema {
     root: Value,
-    /// Of each definition the keys that were seen.
+    /// The keys that were found, by definition.
     seen: BTreeSet<(String, String)>,
 }
 
@@ -194,7 +194,8 @@ fn tables_are_of(schema: &Value, study: &Value, out: &Path) {
     }
 }
 
-/// Nothing is described that is not there; and the page has a row of each definition's keys.
+/// Every described key occurs in some document, and the page has a row for each key of a
+/// definition.
 fn all_is_there(schema: &Schema) {
     let page = page("formats.md");
     for (name, definition) in schema.root["$defs"].as_object().unwrap() {

@@ -1,18 +1,18 @@
-//! Scenes in the files that people have: the same picture from each, and files of other folders.
+//! Scenes in various file formats: the same picture from each, and files of other folders.
 
 use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::Image;
 use linelit_formats::{LoadOptions, Loaded};
 use std::path::{Path, PathBuf};
 
-/// The picture of a scene file, and the messages.
+/// Renders a scene file; returns the picture and the messages.
 fn render(scene: &str, image: &Path, more: &[&str]) -> Image {
     let arguments = ["render", scene, "-o", path(image), "--samples", "4"];
     succeeded(&[&arguments[..], more].concat());
     Image::read(image).unwrap()
 }
 
-/// How many pixels differ in any bit.
+/// Counts the pixels that differ in any bit.
 fn different(a: &Image, b: &Image) -> usize {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let pixels = (0..a.height).flat_map(|y| (0..a.width).map(move |x| (x, y)));
@@ -104,7 +104,8 @@ fn info_says_what_is_in_a_scene() {
     );
 }
 
-/// A scene of a quad, a sphere, a two-sided sphere, a point and a disk, and what `info` says of it.
+/// Writes a scene with a quad, a sphere, a two-sided sphere, a point and a disk as lights, and
+/// returns what `info` prints about it.
 fn many_lights(dir: &Path) -> (PathBuf, serde_json::Value) {
     let scene = dir.join("rows.pbrt");
     let quad = |z: i32| {
@@ -137,18 +138,18 @@ fn range(row: &serde_json::Value, key: &str) -> [u64; 2] {
     [0, 1].map(|k| row[key][k].as_u64().unwrap())
 }
 
-/// Lights of the file have one row each, whatever they are made of.
+/// Each light of the file has one row, however many lights of the scene it becomes.
 #[test]
 fn info_lists_the_lights_of_the_file() {
     let dir = folder("rows");
     let (_, info) = many_lights(&dir);
     let rows = info["light_rows"].as_array().unwrap();
     let kinds = rows.iter().map(|row| row["kind"].as_str().unwrap());
-    // The two-sided sphere stays facets, of several kinds, in one row.
+    // The facets of the two-sided sphere, of several kinds, are in one row.
     let wanted = ["quad", "sphere", "polygon", "point", "disk"];
     assert_eq!(kinds.collect::<Vec<_>>(), wanted, "{info}");
-    // pbrt's power is that of a white light; of this colour the luminance is 0.2126 × 1 +
-    // 0.7152 × 2 + 0.0722 × 6 = 2.0762 and the mean 3 times as much, to the rounding of corners.
+    // pbrt's power is the power of a white light. This colour has a luminance of 0.2126 × 1 +
+    // 0.7152 × 2 + 0.0722 × 6 = 2.0762 and a mean of 3, up to the rounding of corners.
     for (key, want) in [("power", 300.0), ("power_luminance", 207.62)] {
         let power = rows[0][key].as_f64().unwrap();
         assert!((power - want).abs() < 1e-4 * want, "{key} {power}");
@@ -216,7 +217,7 @@ fn lights_go_by_the_numbers_that_info_lists() {
     }
 }
 
-/// What a file places by reference is counted, in each format that can.
+/// Objects and instances are counted, in each format that has them.
 #[test]
 fn info_counts_what_a_file_places() {
     let dir = folder("placed");

@@ -1,4 +1,4 @@
-//! The folder of a study, from outside: who may write, what is left, what is said.
+//! The output folder of a study, from outside: locks, remaining files, and messages.
 #![cfg(unix)]
 
 use crate::common::{
@@ -70,7 +70,7 @@ fn one_process_writes_a_folder() {
     first.kill().unwrap();
     first.wait().unwrap();
     assert_eq!(fs::read(out.join("results.json")).unwrap(), before);
-    // The lock goes with its process, and the plots with the study they are of.
+    // The lock ends with its process, and the plots of an earlier study are removed.
     succeeded(&small_study("floating-quad", &out));
     let plots = names(&out.join("plots"));
     assert!(
@@ -101,7 +101,7 @@ fn what_a_time_budget_leaves_out_is_said() {
     assert_eq!(study["settings"]["time budget"], "60 s");
     let seconds = study["seconds"].as_f64().unwrap();
     assert!(seconds < 60.0, "{seconds}");
-    // Of the program, whatever the repository has become since.
+    // The commit is the program's, even if the repository has changed since.
     assert_eq!(study["commit"], env!("LINELIT_COMMIT"));
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains(what), "{page}");
@@ -126,7 +126,7 @@ fn a_time_budget_that_holds_nothing_is_an_error() {
         late.stdout.is_empty() && said.contains("no measurement fits"),
         "{said}"
     );
-    // The study from before stays, and another one can follow: nothing of the late one is kept.
+    // The earlier study stays, and another one can follow: no file of the interrupted one remains.
     assert_eq!(fs::read(out.join("results.json")).unwrap(), before);
     succeeded(&[&study[..], &["--seed", "8", "--time-budget", "1e9"]].concat());
     assert_ne!(fs::read(out.join("results.json")).unwrap(), before);

@@ -1,4 +1,4 @@
-//! The pages that people read first: what they tell to run runs, and what they show is there.
+//! The pages that people read first: their commands run, and their pictures exist.
 
 use crate::common::folder;
 use linelit_scenes::BuiltIn;
@@ -18,7 +18,7 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
         .collect()
 }
 
-/// Blocks of shell of the guide, one after the other in one folder.
+/// The guide's shell commands run, one after the other in one folder.
 #[test]
 #[cfg(unix)]
 fn the_guides_commands_run() {
@@ -44,7 +44,7 @@ fn the_guides_commands_run() {
     assert_ne!(table, points);
 }
 
-/// The gallery shows every built-in scene, and says of it what `list scenes` does.
+/// The gallery shows every built-in scene, with the description that `list scenes` prints.
 #[test]
 fn the_gallery_is_complete() {
     let page = std::fs::read_to_string(docs().join("gallery.md")).unwrap();
@@ -56,7 +56,7 @@ fn the_gallery_is_complete() {
     assert_eq!(rows, BuiltIn::ALL.len());
 }
 
-/// Every picture that a page shows is there, and every one that is there is shown.
+/// Every picture that a page shows exists, and every existing picture is shown.
 #[test]
 fn pictures_are_there_and_shown() {
     let mut shown: Vec<String> = Vec::new();

@@ -12,7 +12,7 @@ const RENDERS: [(&str, &str); 17] = [
     ("strips", "line-solid-angle:3+point-bsdf[mis=smooth]"),
     ("cornell-box", "exact"),
     ("cornell-box", "point-solid-angle"),
-    // Rays meet what is in the way in another order if boxes are rounded otherwise.
+    // If boxes are rounded differently, rays meet occluders in another order.
     ("strips", "point-solid-angle"),
     ("triangle-soup-large", "point-solid-angle"),
     ("grid-planes", "line-analytic[orientation=uniform]"),

@@ -1,4 +1,4 @@
-//! The program killed at any moment: files are the old ones or the new ones, and whole.
+//! The program killed at any moment: each file is complete, and either old or new.
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
@@ -22,8 +22,8 @@ fn start(arguments: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-/// Kills a process with one of both signals; it may have ended by itself, and studies end what they
-/// have in hand when they are asked to.
+/// Kills a process with one of the two signals. It may have ended by itself before; with the
+/// gentler signal, studies finish their current units.
 fn end(mut child: Child, kind: u32) {
     let signal = if kind.is_multiple_of(2) {
         Signal::KILL
@@ -41,8 +41,8 @@ fn end(mut child: Child, kind: u32) {
     );
 }
 
-/// Whether something stands in a temporary file of the process `writer` for `name`: while it is
-/// only tried whether it can be written, the file is empty.
+/// Returns whether a temporary file of the process `writer` for `name` has contents. While the
+/// process only tests whether it can write, the file is empty.
 fn is_writing(folder: &Path, name: &str, writer: u32) -> bool {
     let start = format!(".{name}.{writer}-");
     fs::read_dir(folder).is_ok_and(|entries| {
@@ -56,8 +56,8 @@ fn is_writing(folder: &Path, name: &str, writer: u32) -> bool {
     })
 }
 
-/// Runs a command again and again and kills it: at random moments of the time that it takes, and
-/// in the moments when it writes each of the files. `check` looks at what is left each time.
+/// Runs a command again and again and kills it, at random moments and while it writes each of the
+/// files. `check` examines the remaining files each time.
 fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn()) {
     let whole = Instant::now();
     succeeded(arguments);
@@ -88,7 +88,7 @@ fn kill_often(arguments: &[&str], folder: &Path, files: &[&str], check: impl Fn(
         check();
     }
     println!("killed while writing: {hit} of {KILLS}");
-    // Whoever comes next clears up.
+    // The next run removes temporary files.
     succeeded(arguments);
     check();
     let temporary = |name: &String| name.ends_with(".tmp") || name.ends_with("-lock");

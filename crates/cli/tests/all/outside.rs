@@ -1,5 +1,5 @@
-//! The program from outside its process: what it says and leaves when it cannot write, is refused,
-//! or is asked for too much.
+//! The program from outside its process: its messages and remaining files when it cannot write, or
+//! lacks memory.
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
@@ -80,7 +80,7 @@ fn a_full_disk_behind_standard_output_is_an_error() {
     }
 }
 
-/// Nobody hears the error, and the status still tells it.
+/// If the error message cannot be printed, the exit status still reports the error.
 #[test]
 fn without_standard_error_the_status_is_the_same() {
     let broken = ["info", "no-such-scene"];
@@ -98,7 +98,7 @@ fn without_standard_error_the_status_is_the_same() {
     }
 }
 
-/// Arguments that would take hours, should the output's place be tried after the work.
+/// Arguments of a render that would take hours, if the output were tested only after the work.
 fn long_render(image: &Path) -> Vec<&str> {
     let mut arguments = vec!["render", "colonnade-small", "-o", path(image)];
     arguments.extend(["--samples", "65536", "--resolution", "1024x1024"]);
@@ -170,7 +170,7 @@ fn a_link_is_followed_and_a_read_only_file_kept() {
     assert!(!fs::metadata("/dev/null").unwrap().is_file());
 }
 
-/// The program below limits of the shell.
+/// Returns the program under limits of the shell.
 fn limited(limits: &str, arguments: &[&str]) -> Output {
     Command::new("sh")
         .args(["-c", &format!("{limits}; exec \"$0\" \"$@\""), PROGRAM])
@@ -241,7 +241,7 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
             "a picture of 8192 x 8192 pixels takes 1.5 GiB",
         ),
         (
-            // Of a quarter as many pixels, 28 bytes for what is seen and 2 × 4 for the layer more.
+            // With a quarter of the pixels: 28 bytes more for the surface and 2 × 4 for the layer.
             limited(
                 "ulimit -v 300000",
                 &[
@@ -267,8 +267,8 @@ fn what_does_not_fit_into_memory_is_refused_with_numbers() {
     assert!(names(&dir).is_empty());
 }
 
-/// A lamp is put in only where a file has no lights, and JSON and metadata say so, of one process
-/// and of a plan; where its lights are dark, the picture is.
+/// A lamp is added only if a file has no lights, and JSON and metadata state it, both of one
+/// process and of a plan. If the file has lights that emit nothing, the picture is black.
 #[test]
 fn a_lamp_is_for_files_without_lights_and_is_named() {
     let dir = folder("lamp");

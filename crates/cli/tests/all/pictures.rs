@@ -1,4 +1,4 @@
-//! What `render` writes beside radiance: exposure, layers.
+//! The output of `render` other than plain radiance: exposed pictures and layers.
 
 use crate::common::{folder, linelit, path, succeeded, text};
 use linelit_film::{Document, Image, Pixels, Samples, decode_picture};
@@ -32,7 +32,7 @@ fn exposure_doubles() {
     render(&bright, &["--exposure", "2"]);
     let [plain, bright] = [plain, bright].map(|image| bytes(&image));
     let white = |image: &[[u8; 3]]| image.iter().filter(|p| p.contains(&255)).count();
-    // The light alone is white at first; four times as bright much else is.
+    // At first only the light is white; with four times the brightness, much else is too.
     let counts = [&plain, &bright].map(|image| white(image));
     assert!(0 < counts[0] && counts[0] < counts[1], "{counts:?}");
     for (plain, bright) in plain.iter().zip(&bright) {
@@ -89,7 +89,7 @@ fn layers_stand_beside_the_same_picture() {
         other => panic!("{other:?}"),
     };
     assert!(counts("samples").iter().all(|n| *n == 4));
-    // A ray of the camera for each sample at least.
+    // There is at least one camera ray for each sample.
     assert!(counts("rays").iter().all(|n| *n >= 4));
     assert!(counts("lines").iter().sum::<u32>() > 0);
 }

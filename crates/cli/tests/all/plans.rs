@@ -1,4 +1,5 @@
-//! Plans of pictures: the bytes of one machine, whoever did which unit and however it ended.
+//! Plans of pictures: the result has the bytes of a single process, whichever process computed
+//! which unit and however it ended.
 
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
@@ -31,7 +32,7 @@ impl Case {
         self.dir.join(name)
     }
 
-    /// The bytes that `render` writes.
+    /// Returns the bytes that `render` writes.
     fn rendered(&self) -> Vec<u8> {
         let image = self.at("rendered.exr");
         done(
@@ -58,12 +59,12 @@ impl Case {
     }
 }
 
-/// What a command that succeeds prints.
+/// Returns the output of a command that must succeed.
 fn done(words: &[&str]) -> String {
     text(&succeeded(words).stdout)
 }
 
-/// What a command complains of, with this status.
+/// Returns the messages of a command that must fail with this status.
 fn refused(words: &[&str], status: i32) -> String {
     let output = linelit(words);
     let said = text(&output.stderr);
@@ -71,7 +72,7 @@ fn refused(words: &[&str], status: i32) -> String {
     said
 }
 
-/// Renders a plan in so many shards, moves their parts to another folder, the last first, and
+/// Runs a plan in this many shards, moves their parts to another folder, the last first, and
 /// merges them there.
 fn by_shards(case: &Case, tiles: &[&str], count: u32) -> Vec<u8> {
     let (plan, gathered) = (case.plan(tiles), case.at("gathered"));
@@ -175,7 +176,7 @@ fn what_is_missing_or_broken_is_named_and_done() {
     let part = |k: u32| plan.join(format!("parts/{k:08}.part"));
     fs::remove_file(part(2)).unwrap();
     let mut flipped = fs::read(part(5)).unwrap();
-    // Before the checksum.
+    // Damage a byte before the checksum.
     let place = flipped.len() - 32 - 4;
     flipped[place] ^= 4;
     fs::write(part(5), flipped).unwrap();
@@ -280,7 +281,7 @@ fn schedulers_say_which_shard_it_is() {
     }
 }
 
-/// How many units of a plan are done.
+/// Counts the units of a plan that are done.
 fn units_done(plan: &Path) -> u64 {
     let status = done(&["status", path(plan), "--json"]);
     let status: serde_json::Value = serde_json::from_str(&status).unwrap();
@@ -302,7 +303,7 @@ fn slow_case(name: &str) -> (Case, u64) {
     (case, 48)
 }
 
-/// Two processes at a time, on whatever instructions, killed at random moments.
+/// Two processes at a time, on random instruction sets, killed at random moments.
 #[cfg(unix)]
 #[test]
 fn killed_shards_on_any_instructions_are_the_picture() {
@@ -327,7 +328,7 @@ fn killed_shards_on_any_instructions_are_the_picture() {
         });
         std::thread::sleep(Duration::from_millis(40 + numbers.below(400)));
         for child in &mut children {
-            // On a machine that is too slow for these moments, the last ones are let live.
+            // On a machine that is too slow for these moments, the last processes are not killed.
             if kills < 24 && child.try_wait().unwrap().is_none() {
                 kills += 1;
                 child.kill().unwrap();
@@ -340,7 +341,7 @@ fn killed_shards_on_any_instructions_are_the_picture() {
     assert!(case.merged(&plan) == case.rendered());
 }
 
-/// Killed, and then ended as schedulers do it, `render` loses only what it had in hand.
+/// Killed, and then ended as schedulers do it, `render` loses only its current units.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_goes_on() {
@@ -355,7 +356,7 @@ fn an_interrupted_render_goes_on() {
     let words = ["render", &case.scene, "-o", path(&image)];
     let words = [&words[..], &case.flags, &["--checkpoints", "always"]].concat();
     let send = |child: &Child, signal| kill_process(Pid::from_child(child), signal).unwrap();
-    // Stopped when so many units are done: however fast it is, it is still at it.
+    // Stop it when this many units are done, so that it is still working, however fast it is.
     let started = |more: usize| {
         let mut command = Command::new(PROGRAM);
         command.args(&words).args(["--threads", "1"]);
@@ -408,7 +409,7 @@ fn a_fresh_render_forgets_the_interrupted_one() {
     let flags = ["--resolution", "16x8", "--samples", "1"];
     let case = Case::new("render-fresh", "cornell-box", &flags);
     let rendered = case.rendered();
-    // What another picture left behind.
+    // The parts of another picture.
     let (plan, kept) = (case.plan(&["--seed", "5"]), case.at(".a.exr.linelit-plan"));
     done(&["run", path(&plan)]);
     fs::rename(plan, &kept).unwrap();
@@ -426,11 +427,11 @@ fn a_fresh_render_forgets_the_interrupted_one() {
     done(&[&words[..], &["--fresh"]].concat());
     assert!(fs::read(&image).unwrap() == rendered);
     assert_eq!(names(&case.dir), ["a.exr", "rendered.exr"]);
-    // A plan of which nothing is done is in nobody's way.
+    // A plan without finished units is replaced.
     fs::rename(case.plan(&["--seed", "5"]), &kept).unwrap();
     done(&words);
     assert!(fs::read(&image).unwrap() == rendered && !kept.exists());
-    // Short ones are not kept unless one asks for it: nothing is in the way.
+    // Parts of short pictures are stored only on request: no old plan is in the way.
     fs::create_dir(&kept).unwrap();
     fs::write(kept.join("mine"), "").unwrap();
     done(&[&words[..4], &flags].concat());
@@ -549,7 +550,7 @@ fn slurm_runs_the_script_as_printed() {
     slurm("scancel", &[&format!("{job}_1")]);
     println!("{}", slurm("squeue", &["--noheader"]));
     wait(units);
-    // What was queued again begins after a while only, and would find nothing.
+    // A requeued job begins only after a while, and would find no plan.
     slurm("scancel", &[&job]);
     assert!(case.merged(&plan) == case.rendered());
 }

@@ -1,4 +1,4 @@
-//! Every named study, at its smallest size: that it runs, and what it leaves.
+//! Every named study at its smallest size: it runs, and its files are as expected.
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
 use crate::common::{Smallest, folder, names, path, smallest, succeeded};
@@ -7,7 +7,7 @@ use std::time::Instant;
 
 #[test]
 fn every_named_study_runs() {
-    // From the other end than those who read the same runs, so as not to wait for them.
+    // In reverse order, so as not to wait for the tests that read the same runs.
     let all: Vec<&str> = linelit_papers::studies().map(|(name, _)| name).collect();
     assert_eq!(all.len(), 32);
     for name in all.into_iter().rev() {
@@ -18,7 +18,7 @@ fn every_named_study_runs() {
         let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
         assert!(page.ends_with("</html>"), "{name}");
         says_nothing_twice(name, &page);
-        // Numbers as text or data, and nothing hidden but the list of files.
+        // There are numbers as text or data, and no hidden file but the list of files.
         let files = names(folder);
         let data = files.iter().any(|f| f.ends_with(".json"));
         assert!(data, "{name}: {files:?}");
@@ -27,7 +27,7 @@ fn every_named_study_runs() {
     }
 }
 
-/// No sentence under the title stands over a section once more.
+/// No sentence under the title is repeated above a section.
 fn says_nothing_twice(name: &str, page: &str) {
     let paragraphs = |class: &str| -> Vec<&str> {
         let begin = format!("<p class=\"{class}\">");
@@ -45,8 +45,8 @@ fn says_nothing_twice(name: &str, page: &str) {
     }
 }
 
-/// The claims as a user runs them: the verdicts are those on record, or the program says which are
-/// not and fails.
+/// The claims as a user runs them: the verdicts agree with the record, or the program names those
+/// that do not and fails.
 #[test]
 #[ignore = "long: all claims of the papers, in their quick form"]
 fn the_verdicts_are_those_on_record() {
@@ -54,7 +54,7 @@ fn the_verdicts_are_those_on_record() {
     let output = succeeded(&["converge", "claims", "--json", "--out", path(&dir)]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let count = |key: &str| found[key].as_u64().unwrap();
-    // No quota for any verdict; but most of a hundred claims or more are told.
+    // There is no quota for any verdict, but most of a hundred or more claims have one.
     let told = count("confirmed") + count("stronger") + count("weaker") + count("refuted");
     assert!(told >= 100 && told > count("consistent"), "{told}");
 }

@@ -1,5 +1,5 @@
-//! Convergence studies as plans: the same numbers however they are shared out and whatever is
-//! killed, and what is refused.
+//! Convergence studies as plans: the numbers are the same however the units are distributed and
+//! whichever processes are killed; and the errors of unsuitable plans.
 #![cfg(unix)]
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::time::Instant;
 
-/// Columns and keys that say how long something took, on what, or by which command.
+/// Columns and keys of times, processors and commands.
 const TIMES: [&str; 9] = [
     "cpu_seconds",
     "cpu_error",
@@ -43,7 +43,7 @@ fn numbers(folder: &Path) -> (Vec<Vec<String>>, Value, String) {
     (lines.map(kept).collect(), json, read("slopes.csv"))
 }
 
-/// Takes away what differs from run to run.
+/// Removes the values that differ from run to run.
 pub(crate) fn without_times(value: &mut Value) {
     match value {
         Value::Object(map) => {
@@ -55,7 +55,7 @@ pub(crate) fn without_times(value: &mut Value) {
     }
 }
 
-/// The same study as a plan.
+/// Plans the same study.
 fn plan(study: &[&str], to: &Path) {
     let at = study.iter().position(|word| *word == "--out").unwrap();
     let words = [&["plan"], &study[..at], &study[at + 2..], &["-o", path(to)]].concat();
@@ -66,15 +66,15 @@ fn run(plan: &Path, more: &[&str]) -> Output {
     linelit(&[&["run", path(plan), "--threads", "1"], more].concat())
 }
 
-/// Merges a plan into a folder beside it, and reads what is there.
+/// Merges a plan into a folder next to it, and reads the results.
 fn merged(plan: &Path) -> (Vec<Vec<String>>, Value, String) {
     let to = plan.with_extension("merged");
     succeeded(&["merge", path(plan), "-o", path(&to)]);
     numbers(&to)
 }
 
-/// Runs a plan in so many processes, one after the other in an order made from a seed, each doing
-/// what is its own and no more.
+/// Runs a plan in this many processes, one after the other in an order from a seed. Each computes
+/// only the units of its shard.
 fn run_in_shards(plan: &Path, count: u32, seed: u64) {
     let keys = Sampler::new(SamplerKind::Independent, seed).points([0, 0], 0, count);
     let mut order: Vec<u32> = (1..=count).collect();
@@ -158,8 +158,8 @@ fn longer_study(out: &Path) -> Vec<&str> {
     words
 }
 
-/// A study is interrupted and then killed, and the same command goes on to the numbers of one that
-/// was not.
+/// A study is interrupted and then killed. The same command continues it, and the numbers are those
+/// of an undisturbed study.
 fn goes_on(study: &[&str], out: &Path) {
     succeeded(study);
     let whole = numbers(out);
@@ -192,7 +192,7 @@ fn the_same_command_goes_on_whatever_the_number_of_scenes() {
         "cornell-box-large",
         "window",
     ];
-    // A single scene needs more to measure, that a third of it is left after two signals.
+    // A single scene needs more measurements, so that a third of them is left after two signals.
     for (count, samplers) in [
         (0, "sobol"),
         (1, "independent,stratified,sobol"),
@@ -228,19 +228,19 @@ fn an_interrupted_study_goes_on() {
     let stopped = signalled(&study, &kept, Signal::INT);
     assert_eq!(stopped.status.code(), Some(75), "{}", text(&stopped.stderr));
     assert!(text(&stopped.stderr).contains("the same command goes on"));
-    // The whole study before it stays.
+    // The complete study from before stays.
     assert_eq!(numbers(&out), whole);
     let part = out.join("unfinished");
     let (rows, json, _) = numbers(&part);
     let left_out = json["left_out"].as_array().unwrap();
     assert!(json["unfinished"] == true && !left_out.is_empty());
     assert_eq!(rows.len() + left_out.len(), whole.0.len());
-    // What is there has the bits of the whole.
+    // The numbers that exist have the same bits as in the complete study.
     assert!(rows.iter().all(|row| whole.0.contains(row)));
     let page = page(&part);
     assert!(page.contains("(unfinished)") && page.contains("it was interrupted before"));
 
-    // Another study is not begun over it, nor is anything lost.
+    // Another study is not begun in its place, and no part is lost.
     let mut other = study.clone();
     other.extend(["--seed", "7"]);
     let refused = linelit(&other);
@@ -260,7 +260,7 @@ fn an_interrupted_study_goes_on() {
     assert_eq!(numbers(&out), whole);
     assert!(!out.join(".linelit-plan").exists() && !part.exists());
 
-    // Begun anew, it says nothing of what was there.
+    // When it begins anew, it does not mention the earlier parts.
     signalled(&study, &kept, Signal::KILL);
     other.push("--fresh");
     let done = linelit(&other);

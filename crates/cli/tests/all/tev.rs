@@ -1,4 +1,4 @@
-//! `render --tev`, against a listener in tev's place.
+//! `render --tev`, with a listener that takes the part of tev.
 
 use crate::common::{PROGRAM, folder, linelit, path, succeeded, text};
 use linelit_film::Image;
@@ -85,7 +85,7 @@ fn tiles_arrive_as_they_are_written() {
     assert_eq!((count, shown), (written.rgb.len(), written.rgb));
 }
 
-/// What a listener does with the connection that it has accepted.
+/// The behaviour of a listener on the connection that it has accepted.
 type Viewer = fn(TcpStream);
 
 /// Reads a kilobyte ten times a second.
@@ -107,7 +107,7 @@ fn large_picture(image: &Path) -> Vec<&str> {
     line.split(' ').chain([path(image)]).collect()
 }
 
-/// Renders for a viewer; gives the messages.
+/// Renders for a viewer, and returns the messages.
 fn render_for(viewer: Viewer, image: &Path) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("an address").to_string();
@@ -130,7 +130,7 @@ fn render_for(viewer: Viewer, image: &Path) -> String {
     said
 }
 
-/// The picture is written, and the same, whatever the viewer does.
+/// The same picture is written, whatever the viewer does.
 #[test]
 fn a_viewer_that_does_not_read_loses_no_picture() {
     let dir = folder("tev-stalled");

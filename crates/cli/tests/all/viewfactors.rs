@@ -1,12 +1,12 @@
-//! View factors: the same numbers in all files, at once or in parts, and what is refused.
+//! View factors: the numbers are the same in all files, at once or in parts; and errors in input.
 
 use crate::common::{Folder, folder, linelit, path, succeeded, text};
 use flate2::Crc;
 use std::fs;
 use std::path::Path;
 
-/// Two unit squares face each other, a quarter of a square half way hides one in four pairs; a
-/// fourth surface only hides, and is far away.
+/// Two unit squares face each other, and a quarter of a square halfway hides a quarter of all pairs
+/// of points; a fourth surface only hides, and is far away.
 const SQUARES: &str = "\
 T Two squares with a square in between\nF 3\n\
 V 1 0 0 0\nV 2 1 0 0\nV 3 1 1 0\nV 4 0 1 0\nV 5 0 0 1\nV 6 1 0 1\nV 7 1 1 1\nV 8 0 1 1\n\
@@ -198,7 +198,7 @@ fn parts_come_to_the_same_bytes() {
     );
 }
 
-/// Polygons where the reader knows them, triangles else, from all formats.
+/// All formats give polygons if their reader knows polygons, otherwise triangles.
 #[test]
 fn facets_come_from_all_formats() {
     let dir = folder("viewfactors-formats");

@@ -1,4 +1,4 @@
-//! What the program says of its words: lists, help, completions, and words that mean nothing.
+//! The words of the command line: lists, help, completions, and the messages about unknown words.
 
 use crate::common::{folder, linelit, names, path, succeeded, text};
 use linelit_estimators::{Estimator, KnownKind, LightKind, Technique};
@@ -9,7 +9,7 @@ fn said(arguments: &[&str]) -> String {
     text(&output.stdout)
 }
 
-/// Whatever `list` names, other commands take.
+/// Other commands accept all names that `list` prints.
 #[test]
 fn what_is_listed_is_understood() {
     let all = said(&["list"]);
@@ -49,7 +49,7 @@ const LOBES: &str = "lobes of Phong";
 const COSINES: &str = "narrow transformed cosines";
 const NOTHING: &str = "nothing known";
 
-/// What a technique does on a kind of light and of reflection: there is one row that says it.
+/// Returns the method of a technique for a kind of light and of reflection; exactly one row has it.
 fn does<'a>(rows: &'a serde_json::Value, cell: [&str; 3]) -> &'a str {
     let [technique, light, reflection] = cell;
     let has = |row: &serde_json::Value, key: &str, name: &str| {
@@ -70,8 +70,8 @@ fn does<'a>(rows: &'a serde_json::Value, cell: [&str; 3]) -> &'a str {
     found[0]["does"].as_str().unwrap()
 }
 
-/// Each technique has one method for each kind of light and of reflection, and no scene is asked
-/// for.
+/// Each technique has one method for each kind of light and of reflection, and no scene is needed
+/// to list it.
 #[test]
 fn methods_are_listed_without_a_scene() {
     let rows = said(&["list", "methods", "--json"]);
@@ -176,12 +176,12 @@ fn help_shells_and_readers_hear_of_all_commands() {
     let commands = help.split("Commands:\n").nth(1).unwrap();
     let commands = commands.lines().map_while(|line| line.strip_prefix("  "));
     let commands: Vec<_> = commands.filter(|l| !l.starts_with("help ")).collect();
-    // What `cargo xtask` hands on, and says in its help.
+    // The commands that `cargo xtask` passes on and lists in its help.
     let list = format!("{}/../../xtask/src/program.txt", env!("CARGO_MANIFEST_DIR"));
     let list = std::fs::read_to_string(list).unwrap();
     assert_eq!(list.lines().collect::<Vec<_>>(), commands, "program.txt");
     assert!(commands.len() >= 12, "{commands:?}");
-    // Those of `plan` have pages of their own.
+    // The subcommands of `plan` have pages of their own.
     let below = pages
         .iter()
         .filter(|page| page.starts_with("linelit-plan-"));

@@ -1,5 +1,5 @@
-//! What is fuzzed: whole scenes of every kind and form of picture, and the inputs that once did
-//! harm.
+//! The inputs that are mutated: complete scenes of every format with every kind of picture, and the
+//! inputs that once made a reader fail.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ impl Case {
         self
     }
 
-    /// Writes the files into a folder; gives the path of the scene.
+    /// Writes the files into a folder, and returns the path of the scene.
     pub(crate) fn write(&self, folder: &Path) -> PathBuf {
         for (name, bytes) in &self.files {
             fs::write(folder.join(name), bytes).unwrap();
@@ -80,7 +80,7 @@ fn glb() -> Vec<u8> {
     bytes
 }
 
-/// A room whose floor, bumps and light are an image.
+/// A room whose floor, bumps and light use an image.
 fn lit_by(image: &str) -> String {
     format!(
         "LookAt 0 2 -4 0 .5 0 0 1 0 Camera \"perspective\"\nWorldBegin\n\
@@ -93,7 +93,7 @@ fn lit_by(image: &str) -> String {
     )
 }
 
-/// The folder of these tests.
+/// Returns the folder of these tests.
 fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/fuzz")
@@ -114,7 +114,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Whole scenes of every kind.
+/// Returns complete scenes of every format.
 pub(crate) fn seeds() -> Vec<Case> {
     let scene = |name: &str| {
         let path = folder("../../../formats/tests").join(name);
@@ -157,7 +157,7 @@ pub(crate) fn seeds() -> Vec<Case> {
     cases
 }
 
-/// Inputs that once did harm, each a folder with a file `main`.
+/// Returns the inputs that once made a reader fail, each a folder with a file `main`.
 pub(crate) fn finds() -> Vec<(String, Case)> {
     let entries = fs::read_dir(folder("finds")).expect("the folder is part of the repository");
     let mut finds: Vec<_> = entries

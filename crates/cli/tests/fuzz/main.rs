@@ -1,11 +1,12 @@
-//! Broken files never panic, hang or ask for much memory: not in the readers of any format, from
-//! bytes or from files on disk, and not in `Renderer::new` and a small picture of whatever loads.
+//! Broken files never cause a panic, a hang or the use of much memory: not in the readers of any
+//! format, from bytes or from files on disk, and not in `Renderer::new` and a small picture of the
+//! scenes that load.
 //!
-//! Whole scenes are cut, bytes are changed, tokens are shuffled; checksums are made right again.
-//! The usual tests take the same inputs on every run. The long one takes new ones: a million, or as
+//! Complete scenes are cut, bytes are changed, tokens are shuffled, and checksums are corrected.
+//! The usual tests use the same inputs on every run. The long one uses new ones: a million, or as
 //! many as fit into `LINELIT_FUZZ_MINUTES`; it prints its seed, which `LINELIT_FUZZ_SEED` sets
-//! (`cargo xtask fuzz --minutes N --seed S`). What does harm is kept in a folder that the message
-//! names: mend it, and put its files into `finds`.
+//! (`cargo xtask fuzz --minutes N --seed S`). An input that fails is stored in a folder that the
+//! message names: correct the reader, and put the files into `finds`.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -56,12 +57,12 @@ fn attempt(case: &Case, folder: &Path, turn: usize) {
     };
     match loaded {
         Ok(loaded) => draw(loaded, turn),
-        // The message is part of it.
+        // Formatting the message is part of the test.
         Err(error) => assert!(!error.to_string().is_empty()),
     }
 }
 
-/// A picture of a few pixels of a scene, which must be consistent.
+/// Renders a few pixels of a scene, which must be consistent.
 fn draw(loaded: Loaded, turn: usize) {
     let mut scene = loaded.scene;
     let count = scene.positions.len();
@@ -78,7 +79,7 @@ fn draw(loaded: Loaded, turn: usize) {
             .unwrap(),
         samples: 2,
         bounces: 2,
-        // All lights of a scene that has very many take their time.
+        // Many lights would take too long.
         lights: if scene.lights.len() > 500 {
             LightChoice::Power
         } else {
@@ -99,7 +100,7 @@ fn draw(loaded: Loaded, turn: usize) {
     }
 }
 
-/// Mutated seeds and finds until `end` says so; the number of attempts.
+/// Tries mutated inputs until `end` returns true, and returns the number of attempts.
 fn mutations(name: &str, seed: u64, mut end: impl FnMut(usize) -> bool) -> usize {
     let folder = folder(name);
     let watch = Watch::new();
@@ -200,7 +201,7 @@ fn mutated_scenes_are_handled() {
     mutations("few", 20_161_121, |turn| turn >= 1500);
 }
 
-/// A number from the environment.
+/// Returns a number from the environment.
 fn told(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }

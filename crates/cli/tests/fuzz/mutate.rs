@@ -1,14 +1,14 @@
-//! Changes of bytes, from a stream of random numbers.
+//! Random mutations of files.
 
 use super::corpus::Case;
 use linelit_testkit::rng::SplitMix64;
 
-/// A number below `n`, or 0.
+/// Returns a random number below `n`, or 0.
 pub(crate) fn below(random: &mut SplitMix64, n: usize) -> usize {
     usize::try_from(random.next_u64() >> 8).unwrap_or(0) % n.max(1)
 }
 
-/// Numbers at which arithmetic has edges.
+/// Numbers near the limits of arithmetic.
 const EDGES: [&str; 14] = [
     "0",
     "-1",
@@ -37,7 +37,7 @@ pub(crate) fn mutate(case: &mut Case, random: &mut SplitMix64) {
         for _ in 0..=below(random, 6) {
             change(bytes, random);
         }
-        // Behind checksums that are wrong nothing more is looked at.
+        // With a wrong checksum, readers would examine no other byte.
         if below(random, 4) > 0 {
             mend_checksums(bytes);
         }
@@ -115,7 +115,7 @@ fn mend_checksums(bytes: &mut Vec<u8>) {
             at = end + 4;
         }
     }
-    // A member of stored blocks in place of what was packed: the contents are what is of interest.
+    // Replace a compressed member by stored blocks, so that mutations change the contents.
     if bytes.starts_with(b"\x1f\x8b") {
         let text = b"Shape \"sphere\" \"float radius\" 1 AreaLightSource \"diffuse\"\n";
         let mut contents: Vec<u8> = text.repeat(2);

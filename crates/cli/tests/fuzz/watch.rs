@@ -1,5 +1,5 @@
-//! What an attempt may take: five seconds on the processor and a gibibyte, watched from another
-//! thread; and what becomes of those that take more, or panic.
+//! The limits of an attempt, five seconds on the processor and a gibibyte, which another thread
+//! watches; and the handling of attempts that exceed them, or panic.
 
 use super::corpus::Case;
 use std::fs;
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Seconds on the processor after which an attempt is a hang.
+/// The seconds on the processor after which an attempt counts as a hang.
 const SECONDS: f64 = 5.0;
 /// The most memory that the whole process may hold during an attempt, in KiB.
 const MOST_KIB: u64 = 1 << 20;
 
-/// Watches one thread.
+/// The watch on one thread.
 pub(crate) struct Watch {
     task: PathBuf,
     running: Arc<Mutex<Option<Running>>>,
@@ -23,7 +23,7 @@ struct Running {
     start: f64,
 }
 
-/// Seconds that a thread has run, where the system tells; else that have gone by.
+/// Returns the seconds that a thread has run, where the system reports it; otherwise wall time.
 fn seconds(task: &Path) -> f64 {
     let text = fs::read_to_string(task.join("schedstat")).unwrap_or_default();
     let nanoseconds = text
@@ -35,7 +35,7 @@ fn seconds(task: &Path) -> f64 {
 
 static CLOCK: std::sync::LazyLock<Instant> = std::sync::LazyLock::new(Instant::now);
 
-/// A line of `/proc/self/status` in KiB.
+/// Returns a value of `/proc/self/status` in KiB.
 fn kib(key: &str) -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix(key));
@@ -61,7 +61,7 @@ impl Watch {
                 let large = kib("VmRSS:") > MOST_KIB;
                 if over || large {
                     let what = if over { "a hang" } else { "too much memory" };
-                    // The thread cannot be stopped, so the process must be.
+                    // The thread cannot be stopped, therefore the process is.
                     eprintln!("{what}: {}", keep(&running.case));
                     std::process::exit(101);
                 }
@@ -70,13 +70,14 @@ impl Watch {
         Self { task, running }
     }
 
-    /// Runs an attempt; the problem, if there is one.
+    /// Runs an attempt, and returns the problem if there is one.
     pub(crate) fn run(&self, case: &Case, attempt: impl FnOnce()) -> Option<String> {
-        // The process's memory is told for all of its threads together: attempts take turns.
+        // The process's memory is measured for all of its threads together, so that attempts take
+        // turns.
         static TURN: Mutex<()> = Mutex::new(());
         let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let set = |running| *self.running.lock().unwrap_or_else(PoisonError::into_inner) = running;
-        // From here on the high-water mark is this attempt's.
+        // Reset the peak memory.
         let marked = fs::write("/proc/self/clear_refs", "5").is_ok();
         set(Some(Running {
             case: case.clone(),
@@ -92,7 +93,7 @@ impl Watch {
     }
 }
 
-/// Keeps the files of a case; says where.
+/// Stores the files of a case, and returns where.
 fn keep(case: &Case) -> String {
     let finds = Path::new(env!("CARGO_TARGET_TMPDIR")).join("finds");
     let free = (0..10_000)

@@ -1,4 +1,5 @@
-//! Estimators measured side by side on shading points.
+//! Measurements of estimators on the shading points that `claims.toml` lists, all cells of the same
+//! points side by side.
 
 use super::data::{Cell, Only, Points};
 use super::formula::Figures;
@@ -17,15 +18,15 @@ use std::collections::BTreeMap;
 /// The amount of measuring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effort {
-    /// Every step once, whatever comes out.
+    /// Every step is run once, and results do not matter.
     Smallest,
-    /// Enough for every verdict, within minutes.
+    /// Enough measuring for every verdict, within minutes.
     Quick,
-    /// Four times as many trials: intervals are half as wide.
+    /// Four times as many trials, so that intervals are half as wide.
     Full,
 }
 
-/// The context that measurements are made with.
+/// The context and effort of all measurements.
 #[derive(Debug)]
 pub(super) struct Bench<'a> {
     pub(super) context: &'a Context<'a>,
@@ -44,33 +45,39 @@ pub(super) struct Answer {
     mean: Vec<f64>,
     /// The mean error over its standard error.
     bias_z: f64,
-    /// Processor seconds of a trial, with the deviation over passes as an interval.
+    /// The processor seconds of a trial, with an interval from the deviation over passes.
     seconds: Measured,
     counts: Counts,
 }
 
-/// Figures by the paths of their cells.
+/// All measured numbers, by the paths of their cells.
 #[derive(Debug, Default)]
 pub(super) struct Measurements {
-    /// No answers where there was nothing to measure; the number is that of the numbers of samples.
+    /// The results of each cell, one for each number of samples. If there was no point to measure,
+    /// it has the number of these instead.
     cells: BTreeMap<String, Result<Vec<Answer>, usize>>,
     pub(super) special: BTreeMap<String, Measured>,
 }
 
 impl Figures for Measurements {
+    /// Returns the numbers of a statistic of a cell: one for each number of samples, or a single
+    /// one for the order of convergence.
     fn find(&self, statistic: &str, cell: &str) -> Result<Vec<Measured>> {
+        // Look up a number that a function of its own measured.
         if statistic == "special" {
             let found = self.special.get(cell);
             return Ok(vec![
                 *found.with_context(|| format!("nothing measures `{cell}`"))?,
             ]);
         }
+        // Look up the cell; what was not measured is unknown.
         let found = self.cells.get(cell);
         let answers = match found.with_context(|| format!("nothing measures `{cell}`"))? {
             Ok(answers) => answers,
             Err(_) if statistic == "order" => return Ok(vec![Measured::UNKNOWN]),
             Err(count) => return Ok(vec![Measured::UNKNOWN; *count]),
         };
+        // Fit the order over all numbers of samples.
         if statistic == "order" {
             let point = |a: &Answer| SlopePoint {
                 samples: f64::from(a.samples),
@@ -87,6 +94,7 @@ impl Figures for Measurements {
 }
 
 impl Answer {
+    /// Returns the statistic of this name.
     fn statistic(&self, name: &str) -> Result<Measured> {
         let count = |n: u64| Measured::exact(n as f64);
         Ok(match name {
@@ -108,7 +116,7 @@ impl Answer {
 }
 
 impl Bench<'_> {
-    /// Returns one of three values by the effort.
+    /// Returns one of three values, by the effort.
     pub(super) fn pick<T>(&self, smallest: T, quick: T, full: T) -> T {
         match self.effort {
             Effort::Smallest => smallest,
@@ -117,7 +125,7 @@ impl Bench<'_> {
         }
     }
 
-    /// Measures all cells of some points.
+    /// Measures all cells of an entry of points, in all its scenes and spots.
     pub(super) fn measure(&self, points: &Points, out: &mut Measurements) -> Result<()> {
         for name in &points.scenes {
             let mut path = points.name.clone();
@@ -125,6 +133,7 @@ impl Bench<'_> {
                 path = format!("{path}/{name}");
             }
             let mut scene = self.context.library.load(name)?.scene;
+            // Measure the pixels of a grid as one view, or each spot as a view of its own.
             if points.spots.is_empty() {
                 let [width, height] = points.grid.unwrap_or([64; 2]);
                 let [w, h] = self.pick([4, 4], [width, height], [width, height]);
@@ -141,6 +150,7 @@ impl Bench<'_> {
         Ok(())
     }
 
+    /// Measures all cells of an entry on some pixels.
     fn view(
         &self,
         points: &Points,
@@ -149,10 +159,12 @@ impl Bench<'_> {
         path: &str,
         out: &mut Measurements,
     ) -> Result<()> {
+        // Find the shading points.
         let mut targets = Targets::find(renderer, pixels);
         if let Some(only) = points.only {
             self.keep(&mut targets, only)?;
         }
+        // Run each cell with each of its numbers of samples.
         let mut runs = Vec::new();
         for (label, cell) in &points.cells {
             let path = format!("{path}/{label}");
@@ -166,6 +178,7 @@ impl Bench<'_> {
                 runs.push((path.clone(), run_cell(&targets, cell)));
             }
         }
+        // Time the runs in turns, then score them.
         if points.timed {
             self.time(&targets, &mut runs);
         }
@@ -180,11 +193,11 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Times runs in turns, until each has been timed for so long.
+    /// Times runs in turns, until each has been timed for long enough.
     fn time(&self, targets: &Targets<'_>, runs: &mut [(String, CellRun<Settings>)]) {
         let enough = self.pick(0.0, TIMED_SECONDS, 4.0 * TIMED_SECONDS);
         loop {
-            // All of them are asked.
+            // Every run has its turn, even after one that needs more time was found.
             let again = runs
                 .iter_mut()
                 .map(|(_, run)| run.time_again(targets, enough));
@@ -194,6 +207,7 @@ impl Bench<'_> {
         }
     }
 
+    /// Returns the numbers of samples of a cell.
     fn samples(&self, points: &Points, cell: &Cell) -> Vec<u32> {
         let all = cell.samples.as_ref().unwrap_or(&points.samples);
         match self.effort {
@@ -202,6 +216,7 @@ impl Bench<'_> {
         }
     }
 
+    /// Returns the cell of the engine for one number of samples.
     fn cell(&self, points: &Points, cell: &Cell, samples: u32) -> engine::Cell<Settings> {
         let trials = cell.trials.unwrap_or(points.trials);
         engine::Cell {
@@ -209,7 +224,7 @@ impl Bench<'_> {
                 estimator: cell.estimator.0,
                 sampler: cell.sampler.unwrap_or(points.sampler).0,
                 lights: cell.lights.map_or(Settings::default().lights, |l| l.0),
-                // As the papers mean them: nothing is skipped that a scene does not need.
+                // As the papers mean it, no work is skipped.
                 skip: false,
                 ..Settings::default()
             },
@@ -219,8 +234,10 @@ impl Bench<'_> {
         }
     }
 
-    /// Leaves the points where points by projected solid angle have noise, or light and no noise.
+    /// Keeps only the points where estimates by projected solid angle have noise (`Noisy`), or
+    /// where they have light but no noise (`Calm`).
     fn keep(&self, targets: &mut Targets<'_>, only: Only) -> Result<()> {
+        // Estimate each point by points uniform in projected solid angle.
         let cell = engine::Cell {
             settings: Settings {
                 estimator: "point-projected-solid-angle".parse()?,
@@ -232,6 +249,7 @@ impl Bench<'_> {
             trials: 8,
         };
         let run = run_cell(targets, cell);
+        // Keep the points by the spread of these estimates.
         let wanted = |k: usize| {
             let values = run.trials_of(k);
             let is_noisy = variance(values) > ROUNDING;
@@ -245,7 +263,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Computes the reference that errors are measured by: many samples of the best method there.
+    /// Computes the reference that errors are measured by: many samples of the best method for
+    /// these points.
     fn reference(&self, targets: &Targets<'_>) -> Vec<DVec3> {
         let trials = 4;
         let cell = engine::Cell {
@@ -264,14 +283,14 @@ impl Bench<'_> {
     }
 }
 
-/// Processor seconds that each estimator is timed for at least: ten passes.
+/// The least processor time, in seconds, for which each estimator is timed: ten passes.
 const TIMED_SECONDS: f64 = 0.1;
 
-/// Variances up to this are none: rounding leaves 1e-24 of the square, an edge before a thousandth
-/// of the light 1e-6.
+/// The variance up to which there is no noise. Rounding leaves 1e-24 of the square, an edge in
+/// front of a thousandth of the light 1e-6.
 const ROUNDING: f64 = 1e-12;
 
-/// The variance of some estimates about their mean, all channels added.
+/// Returns the variance of some estimates about their mean, summed over channels.
 fn variance(values: &[DVec3]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().copied().sum::<DVec3>() / n;
@@ -279,9 +298,11 @@ fn variance(values: &[DVec3]) -> f64 {
     squares.sum::<f64>() / (n - 1.0)
 }
 
+/// Scores a run. Without a reference, errors are taken from zero.
 fn answer(run: &CellRun<Settings>, reference: Option<&[DVec3]>, pixels: usize) -> Answer {
     let points = run.values.len() / run.cell.trials as usize;
     let truth = reference.map_or_else(|| vec![DVec3::ZERO; points], <[DVec3]>::to_vec);
+    // Sum relative squared errors and estimates, trial by trial.
     let trials = run.cell.trials as usize;
     let (mut mrse, mut mean) = (vec![0.0; trials], vec![0.0; trials]);
     for (k, want) in truth.iter().enumerate() {
@@ -291,6 +312,7 @@ fn answer(run: &CellRun<Settings>, reference: Option<&[DVec3]>, pixels: usize) -
             mean[trial] += value.element_sum();
         }
     }
+    // Average them, and take variance and bias from the engine's score.
     let scale = 1.0 / (3.0 * pixels.max(1) as f64);
     let scored = score(run, &Reference::known(truth), pixels);
     let scaled = |list: Vec<f64>| list.into_iter().map(|v| v * scale).collect();

@@ -1,4 +1,5 @@
-//! The claims and what is measured for them, as `claims.toml` has them.
+//! The contents of `claims.toml`: the claims of the papers, and the shading points and estimators
+//! that are measured for them.
 
 use super::formula::Formula;
 use super::special::ALL;
@@ -14,52 +15,52 @@ use std::fmt;
 use std::sync::LazyLock;
 use toml::{Table, Value};
 
-/// The claims, and what is measured for them.
+/// The claims of the papers, and what is measured for them.
 static BOOK: LazyLock<Book> =
     LazyLock::new(|| Book::read(include_str!("../../claims.toml")).expect("claims.toml is read"));
 
-/// The file of claims.
+/// The contents of a file of claims.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Book {
-    /// Shading points on which estimators are measured side by side.
+    /// The shading points on which estimators are measured side by side.
     pub(super) points: Vec<Points>,
     pub(crate) claims: Vec<Claim>,
 }
 
-/// Shading points of one scene or several, and the estimators that are measured on them.
+/// The shading points of one scene or several, and the estimators that are measured on them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Points {
     pub(super) name: String,
-    /// Built-in scenes.
+    /// The names of built-in scenes.
     pub(super) scenes: Vec<String>,
-    /// Pixels across and down, but for the smallest form. Without it all
-    /// pixels of the default study.
+    /// The width and height of the grid of pixels, 64 × 64 by default. The smallest effort uses
+    /// fewer.
     pub(super) grid: Option<[u32; 2]>,
-    /// Single pixels in place of the grid, each a view of its own.
+    /// Single pixels in place of the grid, each measured separately.
     #[serde(default)]
     pub(super) spots: BTreeMap<String, [u32; 2]>,
-    /// Only the points where points by projected solid angle have noise, which see a part of the
-    /// light, or those where they have none.
+    /// Restricts the points to those where estimates by projected solid angle have noise, because a
+    /// part of the light is hidden, or to those where they have none.
     pub(super) only: Option<Only>,
-    /// Estimators are timed in turns, for a tenth of a second each.
+    /// Whether estimators are timed, in turns and for a tenth of a second each.
     #[serde(default)]
     pub(super) timed: bool,
-    /// Errors are measured against many samples of what is best there.
+    /// Whether errors are measured against many samples of the best method for these points.
     #[serde(default)]
     pub(super) reference: bool,
-    /// The study that shows more of the same.
+    /// The study that shows more about these points.
     #[serde(default)]
     pub(super) study: String,
-    /// The sampler of cells that name no other.
+    /// The sampler of the cells that name no other.
     pub(super) sampler: Text<SamplerKind>,
     pub(super) samples: Vec<u32>,
     pub(super) trials: u32,
     pub(super) cells: BTreeMap<String, Cell>,
 }
 
-/// The shading points that are measured.
+/// The shading points that are measured: those with noise, or those without.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Only {
@@ -67,7 +68,7 @@ pub(super) enum Only {
     Calm,
 }
 
-/// An estimator and what it is measured with: its text alone, or a table.
+/// An estimator and the settings it is measured with, written as its text alone or as a table.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(from = "CellText")]
 pub(super) struct Cell {
@@ -78,6 +79,7 @@ pub(super) struct Cell {
     pub(super) lights: Option<Text<LightChoice>>,
 }
 
+/// The two notations of a cell.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum CellText {
@@ -85,6 +87,7 @@ enum CellText {
     Whole(WholeCell),
 }
 
+/// A cell that is written as a table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WholeCell {
@@ -137,7 +140,7 @@ where
     }
 }
 
-/// A paper.
+/// A paper, by its first author.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Paper {
@@ -150,6 +153,7 @@ pub(super) enum Paper {
 impl Paper {
     pub(super) const ALL: [Self; 4] = [Self::Billen, Self::Salesin, Self::Peters, Self::Shirley];
 
+    /// Returns the authors and year, as reports cite them.
     pub(super) const fn citation(self) -> &'static str {
         match self {
             Self::Billen => "Billen & Dutré 2016",
@@ -164,38 +168,39 @@ impl Paper {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Claim {
-    /// A name that stays: records and results go by it.
+    /// The permanent name of the claim, by which records and results refer to it.
     pub(super) id: String,
     pub(super) paper: Paper,
-    /// Figure, table or section.
+    /// The figure, table or section of the paper.
     pub(super) place: String,
     /// The claim, in our words.
     pub(super) says: String,
-    /// The formula of the figure; without it the claim is not measurable here.
+    /// The formula of the number that is measured; without it the claim cannot be measured here.
     pub(super) figure: Option<Formula>,
-    /// The paper's figure or bound.
+    /// The paper's number or bound.
     #[serde(default)]
     pub(super) expect: Option<Expected>,
-    /// The way in which the paper's figure was read.
+    /// How the paper's number was read: printed, or from a plot.
     #[serde(default = "printed")]
     pub(super) read: String,
-    /// Why the tolerance is what it is.
+    /// The reason for the tolerance.
     #[serde(default)]
     pub(super) why: String,
-    /// The verdict on record.
+    /// The recorded verdict.
     pub(super) verdict: Verdict,
-    /// Why it is not confirmed.
+    /// The reason why the claim is not confirmed.
     #[serde(default)]
     pub(super) because: String,
-    /// Another measurement, which shows that the reason holds.
+    /// Another measurement, which checks that reason.
     pub(super) check: Option<Check>,
 }
 
+/// The default of [`Claim::read`].
 fn printed() -> String {
     "printed".to_owned()
 }
 
-/// A measurement that a reason is checked by.
+/// A measurement that checks a reason.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Check {
@@ -204,7 +209,7 @@ pub(super) struct Check {
 }
 
 impl Points {
-    /// The scenes and spots, as paths.
+    /// Returns the paths of all scenes and spots.
     fn views(&self) -> Vec<String> {
         let scene = |name: &String| match self.scenes.len() {
             1 => self.name.clone(),
@@ -221,7 +226,7 @@ impl Points {
         self.scenes.iter().map(scene).flat_map(spots).collect()
     }
 
-    /// The paths of a cell in all views.
+    /// Returns the paths of a cell in all scenes and spots.
     fn paths(&self, cell: &str) -> Vec<String> {
         let views = self.views().into_iter();
         views.map(|view| format!("{view}/{cell}")).collect()
@@ -229,8 +234,8 @@ impl Points {
 }
 
 impl Book {
-    /// Reads a book: an entry with `each` stands for one of each row, whose values take the places
-    /// of `{column}` in its texts.
+    /// Reads a file of claims. An entry with `each` represents one entry for each row of it, whose
+    /// values replace `{column}` in the entry's texts.
     pub(super) fn read(text: &str) -> Result<Self> {
         let mut whole: Table = text.parse()?;
         for part in ["points", "claims"] {
@@ -248,6 +253,8 @@ impl Book {
         Ok(book)
     }
 
+    /// Refuses claims whose fields do not fit together: every claim that is not confirmed needs a
+    /// reason, and if it was measured, a check of that reason.
     fn check(&self) -> Result<()> {
         let mut ids = BTreeSet::new();
         for claim in &self.claims {
@@ -272,8 +279,9 @@ impl Book {
         self.check_paths()
     }
 
-    /// Refuses a claim that asks for what nothing measures, and a cell that serves no claim.
+    /// Refuses a claim that needs a cell which is not measured, and a cell that no claim needs.
     fn check_paths(&self) -> Result<()> {
+        // Find the paths that claims need and the paths that are measured.
         let asked: BTreeSet<&str> = self.claims.iter().flat_map(Claim::paths).collect();
         let paths = |p: &Points| {
             p.cells
@@ -282,11 +290,13 @@ impl Book {
                 .collect::<Vec<_>>()
         };
         let measured: BTreeSet<String> = self.points.iter().flat_map(paths).collect();
+        // Each needed path is measured, by a cell or by a function of its own.
         let special = |path: &str| ALL.iter().any(|(name, ..)| *name == group(path));
         let missing = asked
             .iter()
             .find(|path| !special(path) && !measured.contains(**path));
         ensure!(missing.is_none(), "nothing measures {missing:?}");
+        // Each cell is needed in some scene or spot.
         for points in &self.points {
             let is_asked = |path: String| asked.contains(path.as_str());
             let idle = |cell: &&String| !points.paths(cell).into_iter().any(is_asked);
@@ -300,12 +310,12 @@ impl Book {
         Ok(())
     }
 
-    /// The claims of the papers.
+    /// Returns the claims of the papers.
     pub(crate) fn own() -> &'static Self {
         &BOOK
     }
 
-    /// The study that shows more of what a claim is about.
+    /// Returns the name of the study that shows more about a claim; empty if there is none.
     pub(super) fn study(&self, claim: &Claim) -> &str {
         let Some(name) = claim.paths().next().map(group) else {
             return "";
@@ -315,23 +325,26 @@ impl Book {
         special.map_or(points.map_or("", |p| &p.study), |(_, study, _)| study)
     }
 
-    /// The claims of a study; of `claims` all.
+    /// Returns the claims of a study; the study `claims` has all.
     pub(crate) fn claims_of(&self, study: &str) -> impl Iterator<Item = &Claim> {
         let own = move |claim: &&Claim| study == "claims" || self.study(claim) == study;
         self.claims.iter().filter(own)
     }
 
-    /// The orders that claims have, for tables of slopes.
+    /// Returns the orders of convergence that claims state, for tables of slopes. Only a claim
+    /// whose formula is the order of a single cell counts.
     pub(crate) fn paper_orders(&self) -> Vec<PaperOrder> {
         let order = |claim: &Claim| {
             let Some(Expected::Figure { value, .. }) = claim.expect else {
                 return None;
             };
+            // Split the formula `order[points/scene or spot/cell]`.
             let path = claim.figure.as_ref()?.text().strip_prefix("order[")?;
             let path = path.strip_suffix(']')?;
             let points = self.points.iter().find(|p| p.name == group(path))?;
             let (view, cell) = path.rsplit_once('/')?;
             let (cell, view) = (points.cells.get(cell)?, view.strip_prefix(&points.name)?);
+            // Name the scene as studies do.
             let parts = view.split('/').filter(|part| !part.is_empty());
             let scene = points.scenes.first().filter(|_| points.scenes.len() == 1);
             let labels: Vec<&str> = scene.map(String::as_str).into_iter().chain(parts).collect();
@@ -347,31 +360,32 @@ impl Book {
     }
 }
 
-/// The name of the points or of the function that measures what has this path.
+/// Returns the first part of a path: the name of an entry of points, or of a function that
+/// measures.
 fn group(path: &str) -> &str {
     path.split('/').next().unwrap_or_default()
 }
 
 impl Claim {
-    /// The paper and the place in it.
+    /// Returns the paper and the place in it.
     pub(super) fn source(&self) -> String {
         format!("{}, {}", self.paper.citation(), self.place)
     }
 
-    /// The paths that its figure and its check ask for.
+    /// Returns the paths that the claim's formula and check need.
     fn paths(&self) -> impl Iterator<Item = &str> {
         let check = self.check.iter().map(|check| &check.figure);
         let formulas = self.figure.iter().chain(check);
         formulas.flat_map(|formula| formula.asks().map(|(_, path)| path))
     }
 
-    /// The names of the points and functions that it asks for.
+    /// Returns the names of the entries of points, and of functions, that it needs.
     pub(super) fn groups(&self) -> impl Iterator<Item = &str> {
         self.paths().map(group)
     }
 }
 
-/// An entry without `each`; or its copies, one a row.
+/// Returns an entry without `each`, or its copies, one for each row of `each`.
 fn expand(entry: Value) -> Result<Vec<Value>> {
     let Value::Table(mut table) = entry else {
         bail!("an entry is a table");
@@ -382,11 +396,13 @@ fn expand(entry: Value) -> Result<Vec<Value>> {
     let Value::Table(each) = each else {
         bail!("`each` is a table of columns and rows");
     };
+    // Read the columns.
     let list = |name: &str| {
         let found = each.get(name).and_then(Value::as_array);
         found.with_context(|| format!("`each` has no `{name}`"))
     };
     let columns: Vec<&str> = list("columns")?.iter().filter_map(Value::as_str).collect();
+    // Copy the entry for each row.
     let copy = |row: &Value| {
         let row = row.as_array().context("a row is a list")?;
         ensure!(
@@ -406,14 +422,17 @@ fn expand(entry: Value) -> Result<Vec<Value>> {
     list("rows")?.iter().map(copy).collect()
 }
 
-/// Puts a row's values in their places: all of a text becomes the value itself.
+/// Replaces `{column}` by a row's values. A text that consists only of `{column}` becomes the value
+/// itself, whatever its type.
 fn fill(value: &mut Value, row: &[(String, &Value)]) {
     match value {
         Value::String(text) => {
+            // The whole text is a column: take the value with its type.
             if let Some((_, whole)) = row.iter().find(|(place, _)| place == text) {
                 *value = (*whole).clone();
                 return;
             }
+            // Otherwise insert the values' texts.
             for (place, part) in row {
                 let part = match part {
                     Value::String(part) => part.clone(),

@@ -1,15 +1,17 @@
-//! Formulas of claims: `sqrt(variance[strips/A/mis] / variance[strips/A/average])`.
+//! Formulas of claims, such as `sqrt(variance[strips/A/mis] / variance[strips/A/average])`, and a
+//! reader for them by recursive descent.
 //!
-//! A statistic in brackets is that of a cell, one number for each of its numbers of samples;
-//! `special[function/name]` is a number that a function of its own measures. `-`, `*` and `/` are
-//! of numbers side by side; `sqrt`, `first`, `last`, `pooled` (the geometric mean), `largest`,
-//! `smallest` and `farthest(x, a…)` (of a…, that farthest from x) make one of several.
+//! `statistic[cell]` is a statistic of the cell with this path, one number for each of the cell's
+//! numbers of samples; `special[function/name]` is a number that a function of its own measures.
+//! The operators `-`, `*` and `/` combine numbers pairwise. `sqrt` applies to each number. `first`,
+//! `last`, `pooled` (the geometric mean), `largest`, `smallest` and `farthest(x, a…)` (the one of
+//! a… farthest from x) make one number of several.
 
 use crate::measured::{Measured, largest, smallest};
 use anyhow::{Context as _, Result, bail, ensure};
 use serde::Deserialize;
 
-/// A formula that is ready to be evaluated.
+/// A formula that can be evaluated.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub(super) struct Formula {
@@ -17,26 +19,28 @@ pub(super) struct Formula {
     root: Node,
 }
 
+/// A node of a formula's tree.
 #[derive(Clone, Debug, PartialEq)]
 enum Node {
     Number(f64),
-    /// A statistic, and a cell's path.
+    /// The name of a statistic, and a cell's path.
     Statistic(String, String),
     Call(String, Vec<Node>),
     Binary(char, Box<[Node; 2]>),
 }
 
-/// The statistics that formulas refer to: each of a cell, by its path.
+/// A source of the statistics that formulas refer to, each of a cell with a path.
 pub(super) trait Figures {
     fn find(&self, statistic: &str, cell: &str) -> Result<Vec<Measured>>;
 }
 
 impl Formula {
+    /// Returns the formula as it was written.
     pub(super) fn text(&self) -> &str {
         &self.text
     }
 
-    /// Statistics and paths that it asks for.
+    /// Returns the names of statistics and the paths that the formula refers to.
     pub(super) fn asks(&self) -> impl Iterator<Item = (&str, &str)> {
         let mut waiting = vec![&self.root];
         std::iter::from_fn(move || {
@@ -51,7 +55,7 @@ impl Formula {
         })
     }
 
-    /// Whether it hangs on how long something took.
+    /// Returns whether the formula depends on a time.
     pub(super) fn is_timed(&self) -> bool {
         let timed = |(what, cell): (&str, &str)| {
             ["seconds", "cost"].contains(&what) || cell.contains("/time of")
@@ -59,7 +63,7 @@ impl Formula {
         self.asks().any(timed)
     }
 
-    /// The one number that it is.
+    /// Returns the number that the formula evaluates to.
     pub(super) fn evaluate(&self, figures: &impl Figures) -> Result<Measured> {
         let all = evaluate(&self.root, figures).with_context(|| format!("`{}`", self.text))?;
         match all[..] {
@@ -69,10 +73,12 @@ impl Formula {
     }
 }
 
+/// Evaluates a node to one or more numbers.
 fn evaluate(node: &Node, figures: &impl Figures) -> Result<Vec<Measured>> {
     match node {
         Node::Number(value) => Ok(vec![Measured::exact(*value)]),
         Node::Statistic(what, cell) => figures.find(what, cell),
+        // Apply an operator to numbers pairwise.
         Node::Binary(operator, both) => {
             let (a, b) = (evaluate(&both[0], figures)?, evaluate(&both[1], figures)?);
             ensure!(a.len() == b.len(), "{} numbers beside {}", a.len(), b.len());
@@ -83,6 +89,7 @@ fn evaluate(node: &Node, figures: &impl Figures) -> Result<Vec<Measured>> {
             };
             Ok(a.iter().zip(&b).map(apply).collect())
         }
+        // Apply a function: `sqrt` to each number, the others to all numbers together.
         Node::Call(name, list) => {
             let mut all = Vec::new();
             for argument in list {
@@ -131,11 +138,13 @@ impl TryFrom<String> for Formula {
     }
 }
 
+/// The text of a formula that is still to be read.
 struct Reader<'t> {
     rest: &'t str,
 }
 
 impl<'t> Reader<'t> {
+    /// Skips spaces, and reads the next character if it is one of these.
     fn next(&mut self, among: &str) -> Option<char> {
         self.rest = self.rest.trim_start();
         let c = self.rest.chars().next().filter(|c| among.contains(*c))?;
@@ -143,7 +152,7 @@ impl<'t> Reader<'t> {
         Some(c)
     }
 
-    /// Returns the text up to a sign, which is skipped.
+    /// Returns the text up to a character, which is skipped.
     fn until(&mut self, sign: char) -> Result<&'t str> {
         let (text, rest) = self
             .rest
@@ -153,6 +162,7 @@ impl<'t> Reader<'t> {
         Ok(text)
     }
 
+    /// Reads products, separated by `-`.
     fn sum(&mut self) -> Result<Node> {
         let mut left = self.product()?;
         while let Some(operator) = self.next("-") {
@@ -161,6 +171,7 @@ impl<'t> Reader<'t> {
         Ok(left)
     }
 
+    /// Reads factors, separated by `*` or `/`.
     fn product(&mut self) -> Result<Node> {
         let mut left = self.factor()?;
         while let Some(operator) = self.next("*/") {
@@ -169,12 +180,16 @@ impl<'t> Reader<'t> {
         Ok(left)
     }
 
+    /// Reads a sum in parentheses, a number, a statistic with its path in brackets, or a function
+    /// with its arguments.
     fn factor(&mut self) -> Result<Node> {
+        // A sum in parentheses.
         if self.next("(").is_some() {
             let inner = self.sum()?;
             ensure!(self.next(")").is_some(), "no `)`");
             return Ok(inner);
         }
+        // A word: a number, or the name of a statistic or function.
         self.rest = self.rest.trim_start();
         let end = |c: char| !(c.is_alphanumeric() || "._".contains(c));
         let length = self.rest.find(end).unwrap_or(self.rest.len());
@@ -183,12 +198,14 @@ impl<'t> Reader<'t> {
         if let Ok(number) = word.parse() {
             return Ok(Node::Number(number));
         }
+        // A statistic and its path.
         if self.next("[").is_some() {
             return Ok(Node::Statistic(
                 word.to_owned(),
                 self.until(']')?.to_owned(),
             ));
         }
+        // A function and its arguments.
         ensure!(
             self.next("(").is_some(),
             "`{word}` is neither number nor function"

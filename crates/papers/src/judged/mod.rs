@@ -1,4 +1,5 @@
-//! Claims of the papers, measured and judged: `claims.toml` has them, this module the one judge.
+//! The judge of the papers' claims: it measures what the claims in `claims.toml` need, and compares
+//! the results with the papers and with the recorded verdicts.
 
 mod bench;
 pub(crate) mod data;
@@ -17,21 +18,23 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 use verdict::{Expected, Verdict};
 
-/// A claim with what was measured.
+/// A claim with its measurement and verdict.
 #[derive(Clone, Debug)]
 struct Judged {
     claim: Claim,
-    /// The study that shows more of the same.
+    /// The name of the study that shows more about it.
     study: String,
     measured: Option<Measured>,
     verdict: Verdict,
-    /// The result of checking the reason, and whether it is as the reason says.
+    /// The number that checks the reason, and whether it agrees with the reason.
     check: Option<(Measured, bool)>,
 }
 
-/// The claims of a study, of `claims` all, judged by what is measured now. What contradicts the
-/// record is a failure of the findings, but at the smallest, which tells nothing.
+/// Measures and judges the claims of a study (all claims for the study `claims`). A verdict that
+/// contradicts the recorded one is a failure of the findings, except at the smallest effort, whose
+/// results do not matter.
 pub(crate) fn run(context: &Context<'_>, study: &str, title: &str) -> Result<Findings> {
+    // Measure.
     let effort = match (context.smallest, context.full) {
         (true, _) => Effort::Smallest,
         (false, true) => Effort::Full,
@@ -41,6 +44,7 @@ pub(crate) fn run(context: &Context<'_>, study: &str, title: &str) -> Result<Fin
     let book = Book::own();
     let claims: Vec<&Claim> = book.claims_of(study).collect();
     let (measurements, times) = measure(&bench, book, &claims)?;
+    // Judge.
     let judge = |claim: &&Claim| judge(claim, book.study(claim), &measurements);
     let judged = claims.iter().map(judge).collect::<Result<Vec<_>>>()?;
     let failures = match effort {
@@ -56,10 +60,10 @@ pub(crate) fn run(context: &Context<'_>, study: &str, title: &str) -> Result<Fin
     })
 }
 
-/// Seconds that a part took, by its name.
+/// The name of a part and the seconds that it took.
 type Took = (String, f64);
 
-/// Measures what claims and their checks ask for.
+/// Measures all entries of points and functions that claims and their checks need.
 #[allow(clippy::disallowed_methods, reason = "says how long it took")]
 fn measure(bench: &Bench<'_>, book: &Book, claims: &[&Claim]) -> Result<(Measurements, Vec<Took>)> {
     let (mut out, mut times) = (Measurements::default(), Vec::new());
@@ -70,6 +74,7 @@ fn measure(bench: &Bench<'_>, book: &Book, claims: &[&Claim]) -> Result<(Measure
         times.push((name.to_owned(), start.elapsed().as_secs_f64()));
         Ok(())
     };
+    // Measure the points that are needed, then run the functions that are needed.
     let groups: BTreeSet<&str> = claims.iter().flat_map(|c| c.groups()).collect();
     for points in &book.points {
         if groups.contains(points.name.as_str()) {
@@ -90,6 +95,7 @@ fn measure(bench: &Bench<'_>, book: &Book, claims: &[&Claim]) -> Result<(Measure
     Ok((out, times))
 }
 
+/// Judges a claim, and the reason why it is not confirmed, by what was measured.
 fn judge(claim: &Claim, study: &str, measurements: &Measurements) -> Result<Judged> {
     let find = |figure: &formula::Formula| {
         let found = figure.evaluate(measurements);
@@ -115,7 +121,8 @@ fn judge(claim: &Claim, study: &str, measurements: &Measurements) -> Result<Judg
     })
 }
 
-/// Lists a run's failures: other verdicts, reasons that do not hold, figures that are NaN.
+/// Lists a run's failures: verdicts that contradict the record, reasons that do not hold, numbers
+/// that could not be measured.
 fn failures(judged: &[Judged]) -> Vec<String> {
     let mut all = Vec::new();
     for one in judged {
@@ -144,18 +151,19 @@ fn counts(judged: &[Judged]) -> [usize; Verdict::ALL.len()] {
     Verdict::ALL.map(|verdict| judged.iter().filter(|j| j.verdict == verdict).count())
 }
 
-/// The summary line.
+/// Returns the summary line: how many claims have each verdict.
 fn summary(judged: &[Judged]) -> String {
     let counts = Verdict::ALL.into_iter().zip(counts(judged));
     let words: Vec<String> = counts.map(|(v, n)| format!("{n} {v}")).collect();
     format!("{} claims: {}.", judged.len(), words.join(", "))
 }
 
-/// The claims as data.
+/// Returns the claims as data for JSON.
 fn document(judged: &[Judged]) -> Value {
     let of = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
     let claim = |one: &Judged| {
         let claim = &one.claim;
+        // Describe the expected number or bound.
         let (relation, expected, tolerance, none) = match claim.expect {
             Some(Expected::Figure {
                 value,
@@ -199,6 +207,7 @@ fn document(judged: &[Judged]) -> Value {
             "reason_holds": one.check.map_or(Value::Null, |(_, holds)| json!(holds)),
         })
     };
+    // Add the number of claims with each verdict.
     let mut document = json!({ "claims": judged.iter().map(claim).collect::<Vec<_>>() });
     for (verdict, count) in Verdict::ALL.into_iter().zip(counts(judged)) {
         let key = match verdict {

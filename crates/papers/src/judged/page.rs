@@ -1,11 +1,11 @@
-//! The page of the claims, and the lines on the terminal.
+//! The page of the judged claims, and their lines on the terminal.
 
 use super::data::{Claim, Paper};
 use super::verdict::{Expected, Verdict};
 use super::{Judged, Took, counts, summary};
 use linelit_study::report::{Cell, Report, Section, Table};
 
-/// The page.
+/// Returns the page: a section for each paper, and how long each measurement took.
 pub(super) fn report(title: &str, judged: &[Judged], times: &[Took]) -> Report {
     let sections = Paper::ALL.into_iter().filter_map(|paper| {
         let own = judged.iter().filter(|j| j.claim.paper == paper).cloned();
@@ -26,12 +26,16 @@ pub(super) fn report(title: &str, judged: &[Judged], times: &[Took]) -> Report {
     report
 }
 
+/// Returns the section of a paper: a table of its claims, and notes on those that are not
+/// confirmed.
 fn section(paper: Paper, own: &[Judged]) -> Section {
+    // Count the verdicts.
     let told = Verdict::ALL.into_iter().zip(counts(own));
     let told = told.filter(|(_, count)| *count > 0);
     let told: Vec<String> = told
         .map(|(verdict, count)| format!("{count} {verdict}"))
         .collect();
+    // Explain claims that are not confirmed, and others with a remark.
     let note = |one: &Judged| {
         let claim = &one.claim;
         let check = one.check.map(|(found, holds)| {
@@ -54,6 +58,7 @@ fn section(paper: Paper, own: &[Judged]) -> Section {
     }
 }
 
+/// Returns the table of claims.
 fn table(own: &[Judged]) -> Table {
     let columns = ["where", "claim", "expected", "measured", "verdict", "study"];
     let row = |one: &Judged| {
@@ -85,17 +90,17 @@ fn table(own: &[Judged]) -> Table {
     Table::new(caption, columns, own.iter().map(row))
 }
 
-/// Returns the measured figure, in words.
+/// Returns the measured number as text.
 pub(super) fn found(one: &Judged) -> String {
     one.measured.map_or("–".to_owned(), |m| m.to_string())
 }
 
-/// Returns the expected figure as text.
+/// Returns the expected number as text.
 pub(super) fn expected(claim: &Claim) -> String {
     claim.expect.map_or("–".to_owned(), Expected::text)
 }
 
-/// The claims as lines.
+/// Returns a line for each claim, and the summary.
 pub(super) fn text(judged: &[Judged]) -> String {
     if judged.is_empty() {
         return String::new();

@@ -1,15 +1,16 @@
-//! The verdict of a measured figure on a paper's.
+//! The verdict on a paper's number or bound, from a measured number with its confidence interval.
 
 use crate::measured::{Measured, number};
 use serde::Deserialize;
 use std::fmt;
 
-/// The figure or bound that a paper gives.
+/// The number or bound that a paper gives.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "Bounds")]
 pub(super) enum Expected {
-    /// A figure; its effect is none at `none`, on one side of the figure. Without it the figure is
-    /// expected alone, and neither more nor less is an effect.
+    /// A number with a tolerance. `none` is the value that would mean no effect, on one side of the
+    /// number: a measurement farther from it than the paper's is stronger. Without `none`, any
+    /// other number refutes the claim.
     Figure {
         value: f64,
         tolerance: f64,
@@ -21,6 +22,7 @@ pub(super) enum Expected {
     Above(f64),
 }
 
+/// The expected number or bound as `claims.toml` has it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Bounds {
@@ -50,21 +52,24 @@ impl TryFrom<Bounds> for Expected {
     }
 }
 
-/// The verdict that follows from a figure with its interval of 95 %.
+/// The verdict that follows from a number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Verdict {
-    /// The whole interval is within the tolerance of the paper's figure, or on the claimed side.
+    /// The whole interval is within the tolerance of the paper's number, or on the claimed side of
+    /// a bound.
     Confirmed,
-    /// The interval touches that.
+    /// The interval overlaps the tolerance, or contains the bound.
     Consistent,
-    /// The whole interval is beyond the paper's figure and its tolerance.
+    /// The effect is stronger: the whole interval is beyond the paper's number and its tolerance.
     Stronger,
-    /// The whole interval falls short of it.
+    /// The effect is weaker: the whole interval is between no effect and the paper's number, or at
+    /// least not beyond no effect.
     Weaker,
-    /// No effect, or the opposite one; or a figure alone is another one.
+    /// There is no effect, or the opposite one; or the number, if it has no value of no effect, is
+    /// another one.
     Refuted,
-    /// No figure is measured here.
+    /// The claim cannot be measured here.
     NotMeasurable,
 }
 
@@ -78,6 +83,7 @@ impl Verdict {
         Self::NotMeasurable,
     ];
 
+    /// Returns the verdict in words.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
@@ -89,12 +95,12 @@ impl Verdict {
         }
     }
 
-    /// Whether a reader wants to know why.
+    /// Returns whether a claim with this verdict needs a reason.
     pub(super) const fn needs_reason(self) -> bool {
         matches!(self, Self::Weaker | Self::Refuted | Self::NotMeasurable)
     }
 
-    /// Whether two verdicts exclude each other: neither is consistent, and they are not the same.
+    /// Returns whether two verdicts exclude each other: they differ, and neither is `Consistent`.
     pub(super) fn contradicts(self, other: Self) -> bool {
         self != other && self != Self::Consistent && other != Self::Consistent
     }
@@ -107,11 +113,12 @@ impl fmt::Display for Verdict {
 }
 
 impl Expected {
-    /// The verdict on a figure. One that is not known tells nothing: it is consistent with all.
+    /// Returns the verdict on a measured number. An unknown number is consistent with everything.
     pub(super) fn judge(self, measured: Measured) -> Verdict {
         let Some([low, high]) = measured.known() else {
             return Verdict::Consistent;
         };
+        // A bound needs only the comparison; `Above` is `Below` with all signs changed.
         let (value, tolerance, none) = match self {
             Self::Below(bound) => return bounded(low, high, bound),
             Self::Above(bound) => return bounded(-high, -low, -bound),
@@ -121,6 +128,7 @@ impl Expected {
                 none,
             } => (value, tolerance, none),
         };
+        // Compare the interval with the tolerance of the paper's number.
         let (least, most) = (value - tolerance, value + tolerance);
         if least <= low && high <= most {
             return Verdict::Confirmed;
@@ -128,7 +136,8 @@ impl Expected {
         if least <= high && low <= most {
             return Verdict::Consistent;
         }
-        // The whole interval is on one side of the band.
+        // The whole interval is on one side of the tolerance. It is stronger on the side away from
+        // no effect; otherwise it is refuted if all of it is beyond no effect.
         let Some(none) = none else {
             return Verdict::Refuted;
         };
@@ -142,7 +151,7 @@ impl Expected {
         }
     }
 
-    /// Returns the expected figure as text.
+    /// Returns the expected number or bound as text.
     pub(super) fn text(self) -> String {
         match self {
             Self::Figure {
@@ -154,6 +163,7 @@ impl Expected {
     }
 }
 
+/// Returns the verdict on an interval that should be below a bound.
 fn bounded(low: f64, high: f64, bound: f64) -> Verdict {
     if high < bound {
         Verdict::Confirmed
@@ -209,7 +219,7 @@ mod tests {
         let below = Expected::Below(1.0);
         assert_eq!(below.judge(m(0.8, 0.99)), Verdict::Confirmed);
         assert_eq!(below.judge(m(0.8, 1.0)), Verdict::Consistent);
-        // A ratio of one is no gain.
+        // A ratio of one would mean no gain.
         assert_eq!(below.judge(m(1.0, 1.0)), Verdict::Refuted);
         assert_eq!(Expected::Above(1.0).judge(m(1.0, 1.0)), Verdict::Refuted);
         assert_eq!(Expected::Above(1.0).judge(m(1.01, 1.2)), Verdict::Confirmed);

@@ -1,4 +1,5 @@
-//! A plan whose units cost nothing, and whose sum shows in its bits in which order it was made.
+//! A plan for tests: its units are cheap, and the bits of their sum depend on the order of
+//! addition.
 
 use linelit_plan::{BoxError, Folder, Missing, Plan, Task, Unit};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ pub(crate) fn path(name: &str) -> PathBuf {
     path
 }
 
-/// A plan of so many units.
+/// Returns a plan with this many units.
 pub(crate) fn plan(units: u32) -> Plan {
     let unit = |k: u32| {
         let cost = f64::from(k * 7919 % 13) + 1.0;
@@ -26,22 +27,22 @@ pub(crate) fn plan(units: u32) -> Plan {
     }
 }
 
-/// The folder of such a plan.
+/// Creates the folder of such a plan.
 pub(crate) fn folder(path: &Path, units: u32) -> Folder {
     Folder::create(path, &plan(units)).unwrap()
 }
 
-/// A number of the unit's own, of no round bits.
+/// Returns the number of a unit, chosen such that sums are rounded.
 pub(crate) fn value(number: u32) -> f64 {
     (f64::from(number) + 0.1).sqrt().recip()
 }
 
-/// What a unit computes.
+/// Computes the part of a unit.
 pub(crate) fn work(task: &Task<'_>) -> Result<Vec<u8>, BoxError> {
     Ok(value(task.number()).to_le_bytes().to_vec())
 }
 
-/// The sum of all units, or what is missing.
+/// Returns the sum of all units, or the missing units.
 pub(crate) fn merged(folder: &Folder) -> Result<u64, Missing> {
     let mut sum = 0.0;
     let each = |_, part: Vec<u8>| {
@@ -56,7 +57,7 @@ pub(crate) fn merged(folder: &Folder) -> Result<u64, Missing> {
     }
 }
 
-/// The sum of so many units, without any folder.
+/// Returns the sum of this many units, without any folder.
 pub(crate) fn expected(units: u32) -> u64 {
     (0..units).fold(0.0, |sum, k| sum + value(k)).to_bits()
 }

@@ -1,4 +1,4 @@
-//! What a folder is made of, and what is refused.
+//! The folder of a plan: its contents, and the folders that are refused.
 
 use crate::common::{folder, path, plan, work};
 use linelit_plan::{Folder, Input, InputFile, PlanError, Run, run};
@@ -9,7 +9,7 @@ fn a_plan_is_read_as_it_was_written() {
     let path = path("read");
     let mut plan = plan(5);
     plan.settings = "{\"third\": 0.3333333333333333, \"name\": \"a \\\"b\\\"\"}".into();
-    // A range without units is written as it is, wherever it lies.
+    // A range without units is written as it is, wherever it begins.
     plan.units[2].needs = 2..2;
     plan.units[3].needs = 1..3;
     plan.units[4].cost = 1.0 / 3.0;

@@ -1,4 +1,4 @@
-//! Plans as programs use them.
+//! Plans, used as programs use them.
 
 mod common;
 mod folders;

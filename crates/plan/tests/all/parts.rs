@@ -1,4 +1,4 @@
-//! Parts are whole, of their unit and of their plan, or refused.
+//! Parts are refused unless they are complete and belong to their unit and plan.
 
 use crate::common::{expected, folder, merged, path, plan, work};
 use linelit_plan::{Event, Folder, PlanError, Run, run};
@@ -68,7 +68,7 @@ fn a_broken_part_is_named_and_computed_again_and_no_other() {
     let (broken, computed) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let note = |event: &Event<'_>| match event {
         Event::Broken(unit, why) => {
-            // What is broken stays until the new one is there.
+            // A broken part stays until the new one is written.
             assert_eq!(fs::read(folder.part_path(2)).unwrap(), b"half of");
             broken.lock().unwrap().push(format!("{}: {why}", unit.name));
         }

@@ -1,4 +1,4 @@
-//! Whoever does which unit, the sum has the same bits.
+//! Runs of a plan: the sum has the same bits, whichever process computes which unit.
 
 use crate::common::{expected, folder, merged, path, plan, value, work};
 use linelit_plan::{BoxError, Folder, PlanError, Run, Shard, Task, run};
@@ -32,7 +32,7 @@ fn shards_share_the_units_evenly_and_the_sum_is_the_same() {
             costs.push(cost.into_inner().unwrap());
         }
         assert_eq!(computed, 50);
-        // By one unit at most, of which the dearest costs 13.
+        // Shards differ by at most one unit, and the most expensive one costs 13.
         costs.sort_by(f64::total_cmp);
         assert!(costs[costs.len() - 1] - costs[0] <= 13.0, "{costs:?}");
         assert_eq!(merged(&folder).unwrap(), expected(50));
@@ -56,7 +56,7 @@ fn a_second_run_does_what_a_shard_left() {
     fs::remove_dir_all(path).unwrap();
 }
 
-/// A unit's value and those of all that it needs, in their order.
+/// Returns the sum of a unit's value and the parts of all units that it needs, in their order.
 fn with_needs(task: &Task<'_>) -> Result<Vec<u8>, BoxError> {
     let mut sum = value(task.number());
     for number in task.unit().needs.clone() {
@@ -82,14 +82,14 @@ fn units_read_the_parts_of_those_that_they_need() {
         threads: 2,
         ..shard(index, 3)
     });
-    // Whoever comes first computes what is needed, by one of its threads.
+    // The first process computes the needed units, on one of its threads.
     for options in shards.iter().rev() {
         run(&folder, options, noted).unwrap();
     }
     let mut computed = computed.into_inner().unwrap();
     computed.sort_unstable();
     assert_eq!(computed, (0..30).collect::<Vec<_>>(), "each once");
-    // At once they may compute the same twice, and the sum is the same.
+    // At the same time, two processes may compute a unit twice, and the sum is the same.
     std::thread::scope(|scope| {
         for options in &shards {
             scope.spawn(|| run(&other, options, with_needs).unwrap());

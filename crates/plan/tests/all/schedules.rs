@@ -1,5 +1,5 @@
-//! Random schedules: shards together and one after the other, killed at any moment, several at once
-//! on one shard, and parts damaged meanwhile. The sum has the same bits each time.
+//! Random schedules: shards run together and one after the other, are killed at any moment, run
+//! several times at once, and parts are damaged meanwhile. The sum has the same bits each time.
 #![allow(clippy::print_stdout, reason = "what a test did is said when it fails")]
 
 use crate::common::{expected, folder, merged, path, plan, value, work};
@@ -18,7 +18,7 @@ fn below(numbers: &mut SplitMix64, end: u32) -> u32 {
     u32::try_from(number).unwrap()
 }
 
-/// Where files cost least.
+/// Returns a folder in memory, if the system has one, as files cost least there.
 fn place(name: &str) -> PathBuf {
     let memory = Path::new("/dev/shm");
     let found = path(name);
@@ -28,7 +28,8 @@ fn place(name: &str) -> PathBuf {
     }
 }
 
-/// What is left of a process that was killed with a unit in hand: perhaps the beginning of a part.
+/// Leaves behind what a process leaves that was killed while it computed a unit: possibly the
+/// beginning of a part.
 fn leave_debris(folder: &Folder, number: u32, numbers: &mut SplitMix64) {
     if below(numbers, 2) == 0 {
         let begun = format!("parts/.{number:08}.part.17-{}.tmp", below(numbers, 9));
@@ -36,7 +37,7 @@ fn leave_debris(folder: &Folder, number: u32, numbers: &mut SplitMix64) {
     }
 }
 
-/// Damages a part that is there: cuts it, flips a bit, or puts that of another unit in its place.
+/// Damages an existing part: cuts it, flips a bit, or replaces it by the part of another unit.
 fn damage(folder: &Folder, numbers: &mut SplitMix64) -> Option<u32> {
     let number = below(numbers, folder.units());
     let file = folder.part_path(number);
@@ -57,7 +58,7 @@ fn damage(folder: &Folder, numbers: &mut SplitMix64) -> Option<u32> {
     Some(number)
 }
 
-/// One of several shards of a plan, until its end or until it is killed, as `dies` says by chance.
+/// Runs one shard of a plan until its end or until it is killed, which `dies` decides randomly.
 fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32) {
     let numbers = Mutex::new(numbers);
     let killed = Mutex::new(None);
@@ -84,7 +85,8 @@ fn one_shard(folder: &Folder, shard: Shard, numbers: SplitMix64, dies: u32) {
     }
 }
 
-/// All shards in a random order, up to three at once, some of them twice; and damage between.
+/// Runs all shards in a random order, up to three at once and some of them twice, with damage in
+/// between.
 fn all_shards(folder: &Folder, count: u32, numbers: &mut SplitMix64) {
     let dies = [0, 5, 30][below(numbers, 3) as usize];
     let mut order: Vec<u32> = (0..count).collect();
@@ -114,7 +116,7 @@ fn all_shards(folder: &Folder, count: u32, numbers: &mut SplitMix64) {
     }
 }
 
-/// A plan of a few units by any number of shards; how many there were.
+/// Runs a plan of a few units by a random number of shards, and returns this number.
 fn schedule(name: &str, numbers: &mut SplitMix64) -> u32 {
     let units = 1 + below(numbers, 24);
     // As often of tens as of hundreds.
@@ -126,11 +128,11 @@ fn schedule(name: &str, numbers: &mut SplitMix64) -> u32 {
     all_shards(&folder, count, numbers);
     run(&folder, &Run::default(), work).unwrap();
     assert_eq!(merged(&folder), Ok(expected(units)));
-    // What is damaged when all is done is named, no more and no less, and done again.
+    // Parts that are damaged at the end are named, exactly these, and computed again.
     let damaged: BTreeSet<u32> = (0..2).filter_map(|_| damage(&folder, numbers)).collect();
     let whole = |number: &u32| folder.part(*number).is_ok_and(|part| part.is_some());
     for number in &damaged {
-        // Damaged twice, it may be whole again.
+        // If it was damaged twice, it may be intact again.
         let expected = value(*number).to_le_bytes();
         assert!(!whole(number) || folder.part(*number).unwrap().unwrap() == expected);
     }
@@ -178,7 +180,7 @@ fn ten_thousand_schedules_give_the_same_bits() {
 const PLAN_OF_CHILD: &str = "LINELIT_TEST_PLAN";
 const SHARD_OF_CHILD: &str = "LINELIT_TEST_SHARD";
 
-/// Takes part in a plan, if another test started it for that.
+/// Takes part in a plan, if another test has started this program for it.
 #[test]
 fn takes_part() {
     let Ok(path) = std::env::var(PLAN_OF_CHILD) else {
@@ -197,7 +199,7 @@ fn takes_part() {
     run(&folder, &options, slow).unwrap();
 }
 
-/// Processes of their own, killed while they work, and others that go on.
+/// Separate processes are killed while they work, and others continue.
 #[cfg(unix)]
 #[test]
 fn killed_processes_leave_what_is_done() {

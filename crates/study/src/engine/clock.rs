@@ -1,12 +1,14 @@
-//! Time on the processor, not on the wall: these machines are shared.
+//! A clock of processor time. Studies run on machines that other work shares, where time on the
+//! wall would also count the work of others.
 #![allow(clippy::disallowed_methods, reason = "the clock")]
 
 use std::time::Instant;
 
-/// Measures the processor time of the calling thread where the system tells it, else wall time.
+/// A clock of the processor time of the calling thread, or of wall time where the operating system
+/// does not report processor time.
 ///
-/// It is the thread's own clock (`CLOCK_THREAD_CPUTIME_ID`), which counts nanoseconds whenever it
-/// is read; reading it takes some tenths of a microsecond.
+/// It reads the thread's own clock (`CLOCK_THREAD_CPUTIME_ID`), which counts in nanoseconds; a
+/// reading takes some tenths of a microsecond.
 #[derive(Clone, Copy, Debug)]
 pub struct CpuClock {
     start: f64,
@@ -14,7 +16,7 @@ pub struct CpuClock {
 }
 
 impl CpuClock {
-    /// Starts.
+    /// Starts a clock for the calling thread.
     #[must_use]
     pub fn start() -> Self {
         let wall = Instant::now();
@@ -24,14 +26,15 @@ impl CpuClock {
         }
     }
 
-    /// Seconds of this thread since the start; call it on the same thread.
+    /// Returns the seconds that this thread has run since the start. It has to be called on the
+    /// thread that started the clock.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         thread_seconds(self.wall) - self.start
     }
 }
 
-/// Seconds that the thread has run.
+/// Returns the seconds that the calling thread has run since it was created.
 #[cfg(unix)]
 fn thread_seconds(_: Instant) -> f64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
@@ -47,7 +50,8 @@ fn thread_seconds(wall: Instant) -> f64 {
 mod tests {
     use super::*;
 
-    /// The kernel's own account moves every few milliseconds; this clock must show far less.
+    /// The kernel's own account advances every few milliseconds; this clock must show far shorter
+    /// times.
     #[test]
     fn short_work_takes_time_and_sleep_takes_none() {
         for _ in 0..100 {

@@ -1,4 +1,5 @@
-//! Error against time on one thread: which estimator reaches an error first.
+//! Error against time on one thread: come here to find out which of several estimators reaches a
+//! given error first.
 #![allow(clippy::disallowed_methods, reason = "compares times")]
 
 use super::Problem;
@@ -10,58 +11,65 @@ use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64Mcg;
 use std::time::Instant;
 
-/// The most integrals that are timed together: so many that the clock takes no time.
+/// The largest number of integrals that are timed together. With this many, reading the clock takes
+/// a negligible part of the time.
 const CHUNK: usize = 16;
 
-/// Samples that are timed together at most, but for those of one integral: so few that the system
-/// seldom interrupts them.
+/// The largest number of samples, over all integrals of a chunk, that are timed together (unless a
+/// single integral has more). Chunks are this short so that the operating system seldom interrupts
+/// one.
 const TOGETHER: u32 = 256;
 
-/// One estimator at one number of samples.
+/// The measured error and time of one estimator at one number of samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Samples of an estimate.
+    /// The number of samples of an estimate.
     pub samples: u32,
-    /// Microseconds per integral, undisturbed.
+    /// The mean time of an integral in microseconds, by the fastest round of each chunk.
     pub time: f64,
-    /// Mean squared error over integrals, channels and rounds, divided by the mean square of the
-    /// reference.
+    /// The squared error summed over channels and averaged over integrals and rounds, divided by
+    /// the mean squared length of the true values.
     pub mse: f64,
-    /// Mean over integrals, channels and rounds of the squared error divided by the square of the
-    /// reference there and [`MRSE_EPSILON`].
+    /// The mean, over integrals, channels and rounds, of the squared error divided by the sum of
+    /// the squared true value and [`MRSE_EPSILON`].
     pub mrse: f64,
 }
 
-/// An estimator's error over time.
+/// The error of an estimator as a function of its time.
 #[derive(Clone, Debug)]
 pub struct Curve<S> {
     /// The estimator.
     pub settings: S,
-    /// The measurements of the method, in ascending order of samples.
+    /// The measurements, in ascending order of samples.
     pub points: Vec<Point>,
 }
 
 impl<S> Curve<S> {
-    /// The time to a given error: between two points along the straight line in logarithms; `None`
-    /// if no point reaches it. Towards a point without error but rounding nothing is interpolated.
+    /// Returns the least time in microseconds in which the estimator reaches a mean squared error
+    /// of `mse`, or `None` if it never does.
+    ///
+    /// Between two measurements the time is interpolated along a straight line in logarithms,
+    /// unless the better of them has no error but rounding: then its own time is returned.
     #[must_use]
     pub fn time_to(&self, mse: f64) -> Option<f64> {
         least(self.points.iter().map(|p| [p.mse, p.time]), mse)
     }
 }
 
-/// The estimators of a contest, and the values that they are held to.
+/// The estimators to compare, and the true values that their errors are measured by.
 #[derive(Clone, Debug)]
 pub struct Contest<S> {
-    /// Estimators and the numbers of samples each is run with.
+    /// The estimators, each with the numbers of samples that it is run with.
     pub entries: Vec<(S, Vec<u32>)>,
-    /// Number of rounds. The time of a chunk is the least of all rounds, the error their mean.
+    /// The number of rounds. The time of a chunk of integrals is the least over all rounds, and the
+    /// error is the mean over all rounds.
     pub rounds: u32,
-    /// The integrals' values, which errors are measured by.
+    /// The true value of each integral.
     pub truth: Vec<DVec3>,
 }
 
-/// One estimator and number of samples while it is measured.
+/// The sums of one estimator at one number of samples while it is measured: the least time of each
+/// chunk, and the squared and relative squared errors.
 struct Lane<'a, S> {
     settings: &'a S,
     samples: u32,
@@ -70,10 +78,10 @@ struct Lane<'a, S> {
     relative: f64,
 }
 
-/// Runs all entries in alternation on this thread.
+/// Measures all entries in turns on the calling thread, and returns a curve for each.
 ///
 /// # Panics
-/// If the known values are not one for each integral.
+/// If there is not one true value for each integral.
 #[must_use]
 pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curve<P::Settings>> {
     assert_eq!(
@@ -81,6 +89,7 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
         problem.integrals(),
         "a value per integral"
     );
+    // Give each estimator a lane for each of its numbers of samples.
     let mut workspace = P::Workspace::default();
     let mut lanes = Vec::new();
     for (settings, samples) in &what.entries {
@@ -92,9 +101,10 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
             relative: 0.0,
         }));
     }
+    // Estimate all integrals by all lanes, round by round. The order of the lanes changes from
+    // round to round, so that no lane always finds the caches as one particular other lane left
+    // them.
     for round in 0..u64::from(what.rounds) {
-        // In another order each time, lest what follows a long lane of another estimator always
-        // find the caches full of that.
         let mut order: Vec<usize> = (0..lanes.len()).collect();
         order.shuffle(&mut Pcg64Mcg::seed_from_u64(round));
         for k in order {
@@ -107,6 +117,7 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
             }
         }
     }
+    // Divide the sums, and hand the points back to the estimators that they belong to.
     let (count, rounds) = (problem.integrals() as f64, f64::from(what.rounds));
     let power: f64 = what.truth.iter().map(|v| v.length_squared()).sum();
     let mut points = lanes.into_iter().map(|lane| Point {
@@ -125,12 +136,13 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
     curves
 }
 
-/// Number of integrals that are timed together.
+/// Returns the number of integrals that are timed together when each has this many samples.
 fn chunk(samples: u32) -> usize {
     ((TOGETHER / samples.max(1)) as usize).clamp(1, CHUNK)
 }
 
-/// Estimates all integrals once, timing each chunk.
+/// Estimates all integrals once, and lowers the least time of each chunk where this round was
+/// faster.
 fn run<P: Problem>(
     problem: &P,
     lane: &mut Lane<'_, P::Settings>,
@@ -172,7 +184,7 @@ mod tests {
         let near = |got: Option<f64>, want: f64| (got.unwrap() / want - 1.0).abs() < 1e-12;
         assert!(near(c.time_to(1e-3), 10f64.sqrt()));
         assert!(c.time_to(1e-5).is_none());
-        // An estimator without error takes its time, whatever is asked.
+        // The time of an estimator without error does not depend on the error to reach.
         let exact = curve(&[(3.0, 1e-24)]);
         assert!(near(exact.time_to(1e-2), 3.0));
         assert!(near(exact.time_to(1e-20), 3.0));

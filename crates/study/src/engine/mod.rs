@@ -1,4 +1,5 @@
-//! Runs estimators over integrals and trials, and scores them.
+//! The engine of studies: it cuts a study into units, runs estimators over integrals and trials,
+//! and scores them against a reference.
 
 mod clock;
 mod equal_time;

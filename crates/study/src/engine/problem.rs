@@ -1,4 +1,5 @@
-//! What a study measures, supplied by the caller: integrals, and ways to estimate them.
+//! The description of a study by its caller: the integrals, the ways to estimate them, and how
+//! often each is tried. Come here to study an estimator of your own.
 
 use super::{CELL_SECONDS, Cell};
 use linelit_geometry::DVec3;
@@ -6,28 +7,29 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::ops::AddAssign;
 
-/// Integrals that estimators are compared on: the pixels of a scene for a renderer, or any others.
+/// The integrals that estimators are compared on: the pixels of a scene for a renderer, or any
+/// others.
 ///
-/// The engine asks for estimates by seed and number of samples; metrics, fits, plots and the report
-/// follow from those. See the example on the page of this crate.
+/// The engine calls for estimates by seed and number of samples; metrics, fits, plots and the
+/// report follow from these. The page of this crate has an example.
 pub trait Problem: Sync {
-    /// The choice of an estimator and its parameters, but for samples and seed: `()`, or a type
+    /// The choice of an estimator and its parameters, without samples and seed: `()`, or a type
     /// with `#[derive(Clone, Debug)]`.
     type Settings: Clone + Debug + Sync;
     /// Buffers and counters that a thread reuses from one estimate to the next, or `()`.
     type Workspace: Default;
 
-    /// Number of integrals.
+    /// Returns the number of integrals.
     fn integrals(&self) -> usize;
 
-    /// Number of pixels, by which sums of squared errors are divided: more than
-    /// [`Problem::integrals`] where some pixels have nothing to estimate and no error.
+    /// Returns the number of pixels, which sums of squared errors are divided by. It is larger than
+    /// [`Problem::integrals`] where some pixels have no integral, and therefore no error.
     fn pixels(&self) -> usize {
         self.integrals()
     }
 
-    /// An estimate of one integral (three channels, all equal for a scalar): a pure function of its
-    /// arguments but the workspace, independent for different seeds.
+    /// Returns an estimate of one integral (three channels, all equal for a scalar). It has to be a
+    /// pure function of its arguments, the workspace aside, and independent for different seeds.
     fn estimate(
         &self,
         settings: &Self::Settings,
@@ -37,28 +39,30 @@ pub trait Problem: Sync {
         workspace: &mut Self::Workspace,
     ) -> DVec3;
 
-    /// The work counted since the last call; zero unless implemented.
+    /// Returns the work counted since the last call, and resets the counters. The default
+    /// implementation counts no work.
     fn take_counts(&self, _: &mut Self::Workspace) -> Counts {
         Counts::default()
     }
 }
 
-/// Work that does not depend on the machine, for the columns of `results.csv`.
+/// Counts of work that do not depend on the machine, for the columns of `results.csv`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
-    /// Shadow rays.
+    /// The number of shadow rays.
     pub rays: u64,
-    /// Line samples whose integral was evaluated (not in the tables).
+    /// The number of line samples whose integral was evaluated (not in the tables).
     pub lines: u64,
-    /// Lines whose visible intervals were asked for.
+    /// The number of lines whose visible intervals were computed.
     pub line_queries: u64,
-    /// Tests against boxes of the hierarchy.
+    /// The number of tests against boxes of the hierarchy.
     pub node_tests: u64,
-    /// Tests against triangles.
+    /// The number of tests against triangles.
     pub triangle_tests: u64,
-    /// Visible intervals found.
+    /// The number of visible intervals found.
     pub intervals: u64,
-    /// Tests against triangles past which light was integrated in closed form (not in the tables).
+    /// The number of tests against triangles past which light was integrated in closed form (not in
+    /// the tables).
     pub exact_tests: u64,
 }
 
@@ -74,21 +78,23 @@ impl AddAssign for Counts {
     }
 }
 
-/// A way to estimate, with the names that tables and plots give it.
+/// An estimator with its sampling pattern, the names by which tables and plots call them, and the
+/// number of trials.
 #[derive(Clone, Debug)]
 pub struct Method<S> {
-    /// The estimator's name.
+    /// The name of the estimator.
     pub estimator: String,
-    /// The sampling pattern's name.
+    /// The name of the sampling pattern.
     pub sampler: String,
-    /// Independent trials of each number of samples, at least two to know a spread.
+    /// The number of independent trials at each number of samples; a spread needs at least two.
     pub trials: u32,
-    /// The argument of [`Problem::estimate`].
+    /// The settings that [`Problem::estimate`] is called with.
     pub settings: S,
 }
 
 impl<S: Clone> Method<S> {
-    /// Returns the cell of all its trials with this many samples, from a seed on.
+    /// Returns the cell of all trials of this method at one number of samples, whose first trial
+    /// has this seed.
     pub(super) fn cell(&self, samples: u32, seed: u64) -> Cell<S> {
         Cell {
             settings: self.settings.clone(),
@@ -99,37 +105,39 @@ impl<S: Clone> Method<S> {
     }
 }
 
-/// The values that errors are measured by.
+/// The true values that errors are measured by.
 #[derive(Clone, Debug)]
 pub enum Truth<S> {
-    /// The integrals, one by one.
+    /// The known values, one for each integral.
     Known(Vec<DVec3>),
-    /// The mean of many estimates by this method: rounds of `trials` estimates of each integral, so
-    /// many that a pilot says the error of their mean is small enough, or
-    /// [`Design::reference_rounds`].
+    /// The mean of many estimates by this method. It is computed in rounds of `trials` estimates of
+    /// each integral, until the error of the mean should be small enough according to a pilot run,
+    /// or [`Design::reference_rounds`] is reached.
     Computed(Method<S>),
 }
 
-/// The default number of rounds that the reference of a study may take.
+/// The default limit on the rounds of a computed reference.
 pub const REFERENCE_ROUNDS: u32 = 32;
 
-/// Methods, numbers of samples and limits of a study.
+/// The methods, numbers of samples and limits of a study.
 #[derive(Clone, Debug)]
 pub struct Design<S> {
     /// The methods to compare.
     pub methods: Vec<Method<S>>,
-    /// Numbers of samples, ascending.
+    /// The numbers of samples, ascending.
     pub samples: Vec<u32>,
-    /// Seed of each method's first trial.
+    /// The seed of each method's first trial.
     pub seed: u64,
-    /// The most rounds of a computed reference, at least one.
+    /// The largest number of rounds of a computed reference, at least one.
     pub reference_rounds: u32,
-    /// Processor seconds that each method is measured for at least, at each number of samples.
+    /// The least processor time, in seconds, for which each method is measured at each number of
+    /// samples.
     pub cell_seconds: f64,
 }
 
 impl<S> Design<S> {
-    /// Creates the design of all methods at these numbers of samples, with seed 1.
+    /// Creates the design of all methods at these numbers of samples, with seed 1 and default
+    /// limits.
     #[must_use]
     pub const fn new(methods: Vec<Method<S>>, samples: Vec<u32>) -> Self {
         Self {
@@ -141,14 +149,16 @@ impl<S> Design<S> {
         }
     }
 
-    /// Returns the cells to measure: all methods with the least samples first.
+    /// Returns the cells to measure, a method and a number of samples each: first all methods with
+    /// the least number of samples, then all with the next.
     pub fn cells(&self) -> impl ExactSizeIterator<Item = (&Method<S>, u32)> {
         let count = self.methods.len();
         let cell = move |k| (&self.methods[k % count], self.samples[k / count]);
         (0..count * self.samples.len()).map(cell)
     }
 
-    /// Samples of each replicate of the reference.
+    /// Returns the number of samples of each replicate of the reference: four times the largest of
+    /// the study, but at least 256 and at most 4096.
     #[must_use]
     pub(super) fn reference_samples(&self) -> u32 {
         let most = self.samples.last().copied().unwrap_or(1);

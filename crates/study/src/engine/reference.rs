@@ -1,4 +1,5 @@
-//! The reference that estimates are scored against, and how wrong it is itself.
+//! The reference that estimates are scored against, and the error that it has itself. A computed
+//! reference is the mean of independent replicates, whose spread gives its variance.
 
 use super::run::run_span;
 use super::{Method, Problem};
@@ -6,28 +7,31 @@ use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The seed of references is far from that of any trial.
+/// The first seed of a reference, far from the seed of any trial, so that references and trials are
+/// independent.
 const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
 
-/// Reference value of each integral.
+/// The reference value of each integral, with its variance.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// Per integral; of a computed one the mean over all replicates.
+    /// The value of each integral; in a computed reference it is the mean over all replicates.
     pub values: Vec<DVec3>,
-    /// Variance of each of `values`, from the spread of the replicates; none where they are known.
+    /// The variance of each of `values`, from the spread of the replicates; empty if the values are
+    /// known.
     pub variances: Vec<DVec3>,
-    /// Independent replicates that each value is the mean of, at least; 0 where they are known.
+    /// The least number of independent replicates behind a value; 0 if the values are known.
     pub replicates: u32,
-    /// Mean squared error of `values`, from the spread of the replicates: the average over pixels
-    /// and channels. Zero where the values are known.
+    /// The mean squared error of `values`, averaged over pixels and channels, from the spread of
+    /// the replicates; 0 if the values are known.
     pub mse: f64,
-    /// Text for the report: estimator, samples and replicates. Empty for known values.
+    /// The estimator, samples and replicates in words, for the report; empty if the values are
+    /// known.
     pub source: String,
 }
 
 impl Reference {
-    /// The mean of replicates by a method with so many samples. Its error is NaN where an integral
-    /// has fewer than two replicates.
+    /// Creates the reference that is the mean of replicates by a method with this many samples. Its
+    /// error is NaN where an integral has fewer than two replicates.
     pub(super) fn new<S>(
         all: &[Replicates],
         method: &Method<S>,
@@ -49,7 +53,7 @@ impl Reference {
         }
     }
 
-    /// Values without an error of their own.
+    /// Creates a reference of known values, which have no error.
     #[must_use]
     pub const fn known(values: Vec<DVec3>) -> Self {
         Self {
@@ -61,18 +65,20 @@ impl Reference {
         }
     }
 
-    /// The variance of δ² − s², summed over channels: δ the error of a value, s² its variance as
-    /// the replicates have it.
+    /// Returns the variance of δ² − s², summed over channels, where δ is the error of a value and
+    /// s² its `variance` as estimated from the replicates.
     ///
-    /// Of a normal δ of variance σ² and R replicates it is 2σ⁴R/(R − 1), and the mean of s⁴ is
-    /// σ⁴(R + 1)/(R − 1): hence 2s⁴R/(R + 1). Channels that err together add up before the square.
+    /// For a normal δ of variance σ² and R replicates it is 2σ⁴R/(R − 1), and the mean of s⁴ is
+    /// σ⁴(R + 1)/(R − 1): hence 2s⁴R/(R + 1). Channels may err together, so their variances add up
+    /// before the square.
     pub(super) fn variance_of_square(&self, variance: DVec3) -> f64 {
         let r = f64::from(self.replicates);
         2.0 * r / (r + 1.0) * variance.element_sum().powi(2)
     }
 }
 
-/// Number, mean and sum of squared deviations (M2) of independent replicates of an integral.
+/// The number of independent replicates of one integral, their mean, and the sum of their squared
+/// deviations from it (M2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Replicates {
     count: u32,
@@ -81,6 +87,7 @@ pub(super) struct Replicates {
 }
 
 impl Replicates {
+    /// Returns the moments of the replicates of one integral.
     fn of(values: &[DVec3]) -> Self {
         let mean = values.iter().copied().sum::<DVec3>() / values.len() as f64;
         let square: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
@@ -91,7 +98,8 @@ impl Replicates {
         }
     }
 
-    /// Adds others (Chan, Golub & LeVeque 1983, eq. 2.1); the first are taken as they are.
+    /// Adds other replicates (Chan, Golub & LeVeque 1983, eq. 2.1). If there were none before, the
+    /// others are taken over unchanged.
     fn join(&mut self, other: &Self) {
         if self.count == 0 {
             *self = *other;
@@ -106,23 +114,23 @@ impl Replicates {
         self.square = (square + (s + distance * distance * (a * b / (a + b)))).into();
     }
 
-    /// The variance of the mean.
+    /// Returns the variance of the mean.
     fn variance(&self) -> DVec3 {
         let n = f64::from(self.count);
         DVec3::from(self.square) / ((n - 1.0) * n)
     }
 }
 
-/// One round of a computed reference on some integrals.
+/// One round of a computed reference on a range of integrals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferencePart {
-    /// The first integral.
+    /// The number of the first integral.
     first: usize,
     replicates: Vec<Replicates>,
 }
 
 impl ReferencePart {
-    /// Runs a round by a method with so many samples, on some integrals.
+    /// Runs one round by a method with this many samples, on some integrals.
     pub(super) fn new<P: Problem>(
         problem: &P,
         method: &Method<P::Settings>,
@@ -140,8 +148,8 @@ impl ReferencePart {
         }
     }
 
-    /// Adds them to those of all integrals: the same bits if parts come in the same order. What is
-    /// beyond the integrals is ignored.
+    /// Adds these replicates to the replicates of all integrals. The result has the same bits
+    /// whenever parts are added in the same order; replicates beyond the last integral are ignored.
     pub(super) fn add_to(&self, all: &mut [Replicates]) {
         for (own, part) in all.iter_mut().skip(self.first).zip(&self.replicates) {
             own.join(part);

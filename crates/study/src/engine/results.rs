@@ -1,4 +1,5 @@
-//! The results of a study, put together from the parts of its units.
+//! The results of a study, put together from the parts of its units. Come here to run a whole study
+//! in one process ([`measure`]) or to gather what several have computed ([`Gathering`]).
 
 #[cfg(doc)]
 use super::Design;
@@ -8,34 +9,35 @@ use super::{Method, Problem, Reference, Score, Truth};
 use crate::tables::{LeftOutRow, ResultRow};
 use anyhow::Context as _;
 
-/// Errors and times of all methods on one problem.
+/// The errors and times of all methods on one problem.
 #[derive(Clone, Debug)]
 pub struct Results {
-    /// Number of integrals.
+    /// The number of integrals.
     pub integrals: usize,
-    /// Number of pixels, by which sums of errors are divided ([`Problem::pixels`]).
+    /// The number of pixels, which sums of errors are divided by ([`Problem::pixels`]).
     pub pixels: usize,
     /// The reference.
     pub reference: Reference,
-    /// Mean over pixels and channels of the reference's square: what squared errors are relative
-    /// to.
+    /// The mean over pixels and channels of the square of the reference, which squared errors are
+    /// relative to.
     pub power: f64,
     /// All measurements, in the order of [`Design::cells`].
     pub cells: Vec<CellResult>,
-    /// Measurements that lack a part; the scene's name is still empty.
+    /// The measurements of which a part is missing. The name of the scene is still empty.
     pub left_out: Vec<LeftOutRow>,
 }
 
-/// Error and time of one method at one number of samples.
+/// The error and time of one method at one number of samples.
 #[derive(Clone, Debug)]
 pub struct CellResult {
-    /// The row of the tables; the names of scene and pixels are still empty.
+    /// The row of the tables. The names of the scene and of the pixels are still empty.
     pub row: ResultRow,
-    /// Errors, trial by trial.
+    /// The errors, trial by trial.
     pub score: Score,
 }
 
 impl CellResult {
+    /// Computes the errors from the sums of a complete part.
     fn new<S>(part: CellPart, method: &Method<S>, samples: u32, pixels: usize) -> Self {
         let (score, counts) = (part.sums.score(pixels), part.counts);
         let row = ResultRow {
@@ -65,8 +67,9 @@ impl CellResult {
     }
 }
 
-/// The results of a study, put together from parts: the same bits whatever computed them, if the
-/// parts are handed over in the order of their units. What is missing is left out.
+/// A collection of parts that become the results of a study. The results have the same bits
+/// wherever the parts were computed, if the parts are added in the order of their units.
+/// Measurements of which a part is missing are left out.
 #[derive(Debug)]
 pub struct Gathering<'a, P: Problem> {
     /// The job that the parts belong to.
@@ -86,7 +89,7 @@ impl<'a, P: Problem> Gathering<'a, P> {
         }
     }
 
-    /// Adds a unit's part.
+    /// Adds the part that a unit computed.
     pub fn add(&mut self, unit: &Unit, part: Part) {
         match (unit, part) {
             (Unit::Cells { cells, .. }, Part::Cells(parts)) => {
@@ -102,10 +105,11 @@ impl<'a, P: Problem> Gathering<'a, P> {
         }
     }
 
-    /// The reference, once all its parts are there. Known values need none.
+    /// Returns the reference. A computed one is complete once all its parts were added; known
+    /// values need no parts.
     ///
     /// # Panics
-    /// If known values are not one for each integral.
+    /// If there is not one known value for each integral.
     #[must_use]
     pub fn reference(&self) -> Reference {
         let (problem, samples) = (self.job.problem, self.job.design.reference_samples());
@@ -120,16 +124,17 @@ impl<'a, P: Problem> Gathering<'a, P> {
         }
     }
 
-    /// The results; measurements that lack a part are left out.
+    /// Returns the results; measurements of which a part is missing are left out.
     ///
     /// # Panics
-    /// If known values are not one for each integral.
+    /// If there is not one known value for each integral.
     #[must_use]
     pub fn results(self) -> Results {
         let reference = self.reference();
         let problem = self.job.problem;
         let (integrals, pixels) = (problem.integrals(), problem.pixels());
         let (mut cells, mut left_out) = (Vec::new(), Vec::new());
+        // A cell is complete if its parts cover all integrals.
         for ((method, samples), own) in self.job.design.cells().zip(self.cells) {
             match own.filter(|part| part.integrals == integrals) {
                 Some(part) => cells.push(CellResult::new(part, method, samples, pixels)),
@@ -153,15 +158,15 @@ impl<'a, P: Problem> Gathering<'a, P> {
     }
 }
 
-/// Measures all methods on a problem, on the threads of the rayon pool that it is called in: the
-/// units of [`Job::units`], one after the other. The error of a computed reference is below a tenth
-/// of the smallest variance found, as far as a pilot can tell and [`Design::reference_rounds`]
-/// allow; what has none but rounding ([`Score::variance`]) does not count.
+/// Measures all methods on a problem by computing the units of [`Job::units`] one after the other,
+/// on the threads of the rayon pool in which it is called.
 ///
-/// Only times depend on how many threads there are.
+/// The error of a computed reference is below a tenth of the smallest variance found, as far as a
+/// pilot run can predict and [`Design::reference_rounds`] allows; variances that are only rounding
+/// ([`Score::variance`]) do not count. Only times depend on the number of threads.
 ///
 /// # Panics
-/// If known values are not one for each integral.
+/// If there is not one known value for each integral.
 pub fn measure<P: Problem>(job: Job<'_, P>) -> Results {
     let mut gathering = Gathering::new(job);
     let mut reference = None;
@@ -170,7 +175,7 @@ pub fn measure<P: Problem>(job: Job<'_, P>) -> Results {
             reference.get_or_insert_with(|| gathering.reference());
         }
         let known = || reference.as_ref().context("the reference comes first");
-        // Units of the study itself are refused by nobody.
+        // The job computes all of its own units: it refuses only units of other studies.
         if let Ok(part) = gathering.job.compute(&unit, known) {
             gathering.add(&unit, part);
         }

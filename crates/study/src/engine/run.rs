@@ -1,4 +1,5 @@
-//! One estimator at one number of samples, over all pixels and trials.
+//! One estimator at one number of samples: all integrals and trials are estimated in parallel, and
+//! timed in passes long enough for the clock.
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::times::PassTime;
@@ -8,30 +9,31 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Integrals a thread takes at a time: so many that reading the clock takes no time.
+/// The number of integrals that a thread takes at a time. With this many, reading the clock takes a
+/// negligible part of the time.
 const CHUNK: usize = 16;
 
-/// Processor seconds of a pass at least, where there is work for as much: what is timed at once.
-/// Many readings of the clock fit into it, and few interruptions.
+/// The least processor time of a timed pass, in seconds, where there is enough work. In this time
+/// many readings of the clock fit, and few interruptions.
 const PASS_SECONDS: f64 = 0.01;
 
-/// The default processor seconds that a cell is measured for.
+/// The default processor time, in seconds, for which a cell is measured.
 pub const CELL_SECONDS: f64 = 0.1;
 
-/// One way to estimate at one number of samples, in independent trials.
+/// One estimator at one number of samples, in independent trials.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell<S> {
-    /// The argument of [`Problem::estimate`].
+    /// The settings that [`Problem::estimate`] is called with.
     pub settings: S,
-    /// Samples of an estimate.
+    /// The number of samples of an estimate.
     pub samples: u32,
-    /// Seed of the first trial.
+    /// The seed of the first trial.
     pub seed: u64,
-    /// Independent trials.
+    /// The number of independent trials.
     pub trials: u32,
 }
 
-/// Some integrals of a problem: `first`, `first + step`, ….
+/// Every `step`-th integral of a problem: `first`, `first + step`, … `count` of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub(super) first: usize,
@@ -56,26 +58,27 @@ pub struct CellRun<S> {
     pub cell: Cell<S>,
     /// The integrals that it was run on.
     pub(super) span: Span,
-    /// Estimates: `values[integral * trials + trial]`.
+    /// The estimates: `values[integral * trials + trial]`.
     pub values: Vec<DVec3>,
-    /// Time of the trials, without any set-up.
+    /// The times of the trials, without set-up.
     pub times: Times,
-    /// Work of all trials.
+    /// The work of all trials.
     pub counts: Counts,
 }
 
 impl<S> CellRun<S> {
-    /// The estimates of one integral, trial by trial.
+    /// Returns the estimates of one integral, trial by trial.
     #[must_use]
     pub fn trials_of(&self, integral: usize) -> &[DVec3] {
         let n = self.cell.trials as usize;
         &self.values[integral * n..(integral + 1) * n]
     }
 
-    /// Runs the cell again, only for its time, for as long as a pass takes; nothing once it has
-    /// been measured for `enough` seconds and twice. To be called in turns with other cells, so
-    /// that each is measured in good and in bad times of the machine. Whether the time is known
-    /// now.
+    /// Times the cell once more, for about as long as a pass takes, unless it has been measured in
+    /// at least two passes and for `enough` seconds. Returns whether that was already so.
+    ///
+    /// Call it in turns with other cells, so that each is measured both while the machine is quiet
+    /// and while it is busy.
     pub fn time_again(&mut self, problem: &impl Problem<Settings = S>, enough: f64) -> bool {
         let (seconds, passes) = self.times.total();
         if seconds >= enough && passes > 1 {
@@ -89,13 +92,14 @@ impl<S> CellRun<S> {
     }
 }
 
-/// The seed of a trial: seeds are hashed by the samplers, so neighbours are independent.
+/// Returns the seed of a trial. Samplers hash their seeds, so that neighbouring seeds are
+/// independent.
 #[must_use]
 const fn trial_seed(first: u64, trial: u32) -> u64 {
     first.wrapping_add((trial as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// Number of times that something fits into some seconds, at least one.
+/// Returns how often work that takes `one` seconds fits into `seconds`, at least once.
 fn times_into(seconds: f64, one: f64) -> u32 {
     #[allow(
         clippy::cast_possible_truncation,
@@ -105,8 +109,9 @@ fn times_into(seconds: f64, one: f64) -> u32 {
     times.max(1)
 }
 
-/// Runs a cell on all integrals. The values do not depend on the number of threads, nor on how the
-/// trials are timed: in passes over all integrals, of so many trials that each takes a while.
+/// Runs a cell on all integrals. The trials are timed in passes over all integrals, each of as many
+/// trials as take a while together. The values depend neither on these passes nor on the number of
+/// threads.
 #[must_use]
 pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::Settings> {
     run_span(problem, cell, (0..problem.integrals()).into())
@@ -126,19 +131,21 @@ pub(super) fn run_span<P: Problem>(
         cell,
         span,
     };
+    // Run the trials in groups: one trial first, then as many as fill a pass by the time found.
     let mut first = 0;
     let mut group = 1;
     while first < run.cell.trials {
         let trials = first..run.cell.trials.min(first.saturating_add(group));
         let taken = trials.len();
         let pass = pass(problem, &run.cell, span, trials.clone(), 1);
+        // Store the estimates of the group.
         let rows = run.values.chunks_exact_mut(n);
         for (row, values) in rows.zip(pass.values.chunks_exact(taken)) {
             row[first as usize..][..taken].copy_from_slice(values);
         }
         run.counts += pass.counts;
-        // The first pass warms up: it counts where it is long enough for that not to show, or
-        // there is no other.
+        // Add the time of the group. The first pass warms up the caches: it counts only if it is
+        // long enough for that not to matter, or if there is no other.
         if first > 0 || pass.time.cpu >= PASS_SECONDS || n == 1 {
             run.times.add(pass.time);
         }
@@ -148,14 +155,15 @@ pub(super) fn run_span<P: Problem>(
     run
 }
 
-/// Some trials of all integrals of a span.
+/// The estimates, time and work of some trials of all integrals of a span.
 struct Pass {
-    /// `values[integral * trials + trial]`, of the last repetition.
+    /// The estimates `values[integral * trials + trial]`, of the last repetition.
     values: Vec<DVec3>,
     time: PassTime,
     counts: Counts,
 }
 
+/// Runs some trials of all integrals of a span, `repeats` times.
 fn pass<P: Problem>(
     problem: &P,
     cell: &Cell<P::Settings>,
@@ -164,6 +172,7 @@ fn pass<P: Problem>(
     repeats: u32,
 ) -> Pass {
     let wall = Instant::now();
+    // Estimate the integrals chunk by chunk in parallel, each thread with its own clock.
     let chunks: Vec<_> = (0..span.count.div_ceil(CHUNK))
         .into_par_iter()
         .map_init(P::Workspace::default, |workspace, chunk| {
@@ -183,6 +192,7 @@ fn pass<P: Problem>(
             (values, clock.seconds(), problem.take_counts(workspace))
         })
         .collect();
+    // Join the chunks in order. Processor time is the sum over threads, wall time is measured once.
     let mut pass = Pass {
         values: Vec::with_capacity(span.count * trials.len()),
         time: PassTime {

@@ -1,4 +1,8 @@
-//! From estimates and a reference to errors.
+//! From estimates and a reference to errors: mean squared error, bias and variance with their
+//! standard errors.
+//!
+//! Every sum has its own correction for the error s² of the reference, which the replicates of the
+//! reference reveal.
 
 use super::{CellRun, Reference};
 use crate::stats::metrics::{MRSE_EPSILON, MeanError};
@@ -6,52 +10,55 @@ use linelit_elementary::hypot;
 use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// The errors of one cell.
+/// The errors of one cell: one method at one number of samples.
 #[derive(Clone, Debug)]
 pub struct Score {
-    /// Mean squared error of one estimate over pixels and channels, less the reference's own: the
-    /// mean of (estimate − reference)² − s², s² the variance of the reference by its replicates.
+    /// The mean squared error of one estimate over pixels and channels, less the error of the
+    /// reference: the mean of (estimate − reference)² − s², where s² is the variance of the
+    /// reference according to its replicates.
     ///
-    /// Unbiased, as estimates and reference are independent, but for a clamp: 0 where it would be
-    /// negative, that is, below what the reference can tell.
+    /// It is unbiased, as estimates and reference are independent, except for a clamp: it is 0
+    /// where it would be negative, that is, where the reference is too noisy to show the error.
     pub mse: f64,
-    /// Standard error of `mse`: of its spread over the trials, and of the reference's own error,
-    /// which all trials share, as if that were normal and its channels one (which is the most).
+    /// The standard error of `mse`. It combines the spread over the trials with the error of the
+    /// reference, which all trials share; the latter is taken to be normal and equal in all
+    /// channels, which gives an upper bound.
     pub mse_stderr: f64,
-    /// Mean of ((estimate − reference)² − s²)/(reference² + ε), 0 where it would be negative;
-    /// unbiased but for a relative error of the order of s²/(reference² + ε).
+    /// The mean of ((estimate − reference)² − s²)/(reference² + ε), or 0 where it would be
+    /// negative. It is unbiased up to a relative error of the order of s²/(reference² + ε).
     pub mrse: f64,
-    /// Mean of estimate − reference over pixels, channels and trials.
+    /// The mean of estimate − reference over pixels, channels and trials.
     pub bias: f64,
-    /// Standard error of `bias`: of its spread over the trials, of the reference's own error, which
-    /// all trials share, as if its channels were one (which is the most), and of rounding.
+    /// The standard error of `bias`. It combines the spread over the trials, rounding, and the
+    /// error of the reference, which all trials share; the latter is taken to be equal in all
+    /// channels, which gives an upper bound.
     pub bias_stderr: f64,
-    /// Mean squared error of each trial less the reference's own, not clamped.
+    /// The mean squared error of each trial less the error of the reference, not clamped.
     pub trial_mse: Vec<f64>,
-    /// Variance of one estimate around the mean of its trials, averaged over pixels and channels:
-    /// needs no reference. Zero where it is rounding alone (below 1e-18 of `power`), as that of a
-    /// closed form is.
+    /// The variance of one estimate around the mean of its trials, averaged over pixels and
+    /// channels; it needs no reference. It is zero where there is only rounding (below 1e-18 of
+    /// `power`), as for a closed form.
     pub variance: f64,
-    /// Square of the mean of the trials, averaged over pixels and channels: what a squared error is
-    /// relative to.
+    /// The square of the mean of the trials, averaged over pixels and channels, which squared
+    /// errors are relative to.
     pub power: f64,
-    /// The variance again, trial by trial, as the squared distance of each from the mean of the
-    /// others' (jackknife-free: n/(n−1) times the squared deviation).
+    /// The variance trial by trial: n/(n − 1) times the squared deviation of each trial from the
+    /// mean of all n trials. Its mean over trials is `variance`.
     pub trial_variance: Vec<f64>,
 }
 
-/// Share of the power below which a variance is rounding: (10⁻⁹)². Closed forms in `f64` leave
-/// (10⁻¹²)² and less, 10¹⁶ independent samples a hundred times more.
+/// The fraction of the power below which a variance is rounding: (10⁻⁹)². Closed forms in `f64`
+/// leave (10⁻¹²)² and less, 10¹⁶ independent samples leave a hundred times more.
 const ROUNDING: f64 = 1e-18;
 
-/// Scores a run against a reference; sums are divided by a number of `pixels`.
+/// Scores a run against a reference; sums over integrals are divided by a number of `pixels`.
 #[must_use]
 pub fn score<S>(run: &CellRun<S>, reference: &Reference, pixels: usize) -> Score {
     TrialSums::of(run, reference).score(pixels)
 }
 
-/// Sums over integrals, trial by trial: what scores are made of. Sums over blocks of integrals are
-/// added.
+/// The sums over integrals, trial by trial, that scores are made of. The sums over several blocks
+/// of integrals can be added.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct TrialSums {
     pub(super) mse: Vec<f64>,
@@ -59,14 +66,14 @@ pub(super) struct TrialSums {
     pub(super) variance: Vec<f64>,
     pub(super) mrse: f64,
     pub(super) power: f64,
-    /// The variance of what the reference's own error leaves in a sum of squared errors.
+    /// The variance that the error of the reference adds to a sum of squared errors.
     pub(super) reference: f64,
-    /// The variance of what it leaves in a sum of errors.
+    /// The variance that the error of the reference adds to a sum of errors.
     pub(super) reference_bias: f64,
 }
 
 impl TrialSums {
-    /// Sums of a run on some integrals of those that the reference is of.
+    /// Sums the errors of a run, which may cover only some of the reference's integrals.
     pub(super) fn of<S>(run: &CellRun<S>, reference: &Reference) -> Self {
         let trials = run.cell.trials as usize;
         let mut sums = Self {
@@ -84,14 +91,14 @@ impl TrialSums {
             let own = own.unwrap_or(DVec3::ZERO);
             sums.add(run.trials_of(k), reference.values[integral], own);
             sums.reference += reference.variance_of_square(own);
-            // Channels that err together add up before the square.
+            // Channels may err together, so that their deviations add up before the square.
             let deviations: f64 = own.to_array().map(f64::sqrt).iter().sum();
             sums.reference_bias += deviations * deviations;
         }
         sums
     }
 
-    /// Adds the trials of an integral, and the value that they are held to with its variance.
+    /// Adds the trials of one integral, whose true value is `want` with variance `own`.
     fn add(&mut self, values: &[DVec3], want: DVec3, own: DVec3) {
         let n = values.len() as f64;
         let mean = values.iter().copied().sum::<DVec3>() / n;
@@ -106,7 +113,7 @@ impl TrialSums {
         }
     }
 
-    /// Adds the sums over other integrals, of as many trials.
+    /// Adds the sums over other integrals, with as many trials.
     pub(super) fn join(&mut self, other: &Self) {
         let add = |ours: &mut [f64], theirs: &[f64]| {
             for (a, b) in ours.iter_mut().zip(theirs) {
@@ -122,8 +129,9 @@ impl TrialSums {
         self.reference_bias += other.reference_bias;
     }
 
-    /// The errors; sums are divided by a number of `pixels`.
+    /// Returns the errors; sums over integrals are divided by a number of `pixels`.
     pub(super) fn score(self, pixels: usize) -> Score {
+        // Average over pixels and channels, then over trials.
         let scale = 1.0 / (3.0 * pixels.max(1) as f64);
         let scaled = |v: Vec<f64>| v.into_iter().map(|x| x * scale).collect::<Vec<f64>>();
         let (trial_mse, trial_bias, trial_variance) =
@@ -132,10 +140,11 @@ impl TrialSums {
         let bias = MeanError::of(&trial_bias);
         let variance = MeanError::of(&trial_variance).mean;
         let power = self.power * scale;
-        // Two closed forms differ by rounding, of which neither trials nor replicates say anything.
+        // Widen the error of the bias by rounding: two closed forms differ by rounding, which
+        // neither trials nor replicates show.
         let rounding = (ROUNDING * power).sqrt();
         let reference_bias = hypot(self.reference_bias.sqrt() * scale, rounding);
-        // What is not a number stays none.
+        // Clamp negative means to zero, and let NaN pass.
         let clamped = |v: f64| if v < 0.0 { 0.0 } else { v };
         Score {
             mse: clamped(mse.mean),

@@ -1,15 +1,15 @@
-//! How long estimates took, and on which processor.
+//! Times of estimates: the passes that timed each block of integrals, and their mean and deviation.
 
 use serde::{Deserialize, Serialize};
 
-/// Processor and wall time of passes over all integrals, or over blocks of them.
+/// The processor and wall times of passes over all integrals, or over blocks of them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// The passes over each block of integrals.
     blocks: Vec<Vec<PassTime>>,
 }
 
-/// One pass: what `trials` of all integrals of a block took.
+/// The time of one pass: the seconds that `trials` trials of all integrals of a block took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct PassTime {
     pub(super) trials: f64,
@@ -26,18 +26,18 @@ impl Times {
         }
     }
 
-    /// Adds the times of other integrals.
+    /// Appends the times of other blocks of integrals.
     pub(super) fn join(&mut self, other: Self) {
         self.blocks.extend(other.blocks);
     }
 
-    /// Processor seconds and number of all passes.
+    /// Returns the processor seconds of all passes, and their number.
     pub(super) fn total(&self) -> (f64, usize) {
         let passes = || self.blocks.iter().flatten();
         (passes().map(|p| p.cpu).sum(), passes().count())
     }
 
-    /// Returns the sum over blocks of `of` applied to their passes; NaN where there are none.
+    /// Returns the sum over blocks of `of` applied to their passes; NaN where there are no blocks.
     fn sum(&self, of: impl Fn(&[PassTime]) -> f64) -> f64 {
         if self.blocks.is_empty() {
             return f64::NAN;
@@ -45,36 +45,39 @@ impl Times {
         self.blocks.iter().map(|block| of(block)).sum()
     }
 
-    /// Processor seconds of one trial over all threads: the mean of all passes; NaN where it is not
-    /// known.
+    /// Returns the processor seconds of one trial of all integrals, summed over threads: the mean
+    /// over all passes, or NaN where no pass was timed.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.sum(|block| mean(block, |p| p.cpu))
     }
 
-    /// Seconds on the wall of one trial.
+    /// Returns the seconds on the wall of one trial of all integrals.
     #[must_use]
     pub fn wall_seconds(&self) -> f64 {
         self.sum(|block| mean(block, |p| p.wall))
     }
 
-    /// Standard deviation of [`Times::seconds`] over passes, in seconds: how far a pass of its own,
-    /// 10 ms or more, is from the mean. NaN for one pass, which says nothing of it.
+    /// Returns the standard deviation of [`Times::seconds`] over passes, in seconds: how far one
+    /// pass, of 10 ms or more, is from the mean. NaN if there is only one pass.
     ///
-    /// It is not divided by the root of the number of passes: what disturbs a shared machine lasts
-    /// longer than a pass, and would make the mean's error too small. Those of blocks are added:
-    /// what disturbs one disturbs its neighbours.
+    /// It is not divided by the root of the number of passes: other work on a shared machine lasts
+    /// longer than a pass, so that passes are not independent and such an error of the mean would
+    /// be too small. The deviations of blocks are added, since whatever disturbs one block also
+    /// disturbs its neighbours.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.sum(deviation)
     }
 }
 
+/// Returns the mean of a time over the passes of a block, for one trial.
 fn mean(block: &[PassTime], of: fn(&PassTime) -> f64) -> f64 {
     let trials: f64 = block.iter().map(|p| p.trials).sum();
     block.iter().map(of).sum::<f64>() / trials
 }
 
+/// Returns the standard deviation over passes of the processor time of one trial of a block.
 fn deviation(block: &[PassTime]) -> f64 {
     let mean = mean(block, |p| p.cpu);
     let n = block.len() as f64;
@@ -96,7 +99,8 @@ mod tests {
 
     #[test]
     fn passes_are_averaged_and_blocks_added() {
-        // 3 s for two trials and 3 s for one: 2 s a trial, ½ s and 1 s from it.
+        // 3 s for two trials and 3 s for one: 2 s per trial, from which the passes differ by ½ s
+        // and 1 s.
         let of = |passes: [PassTime; 2]| Times {
             blocks: vec![passes.to_vec()],
         };

@@ -1,4 +1,8 @@
-//! A study in pieces, each computed by itself, anywhere and in any order.
+//! The units of a study: pieces that can be computed separately, anywhere and in any order, and
+//! whose parts add up to the same bits.
+//!
+//! A pilot of a few trials on a few integrals counts the work of each measurement. From these
+//! counts, not from clocks, follow the units, so that every machine finds the same ones.
 
 use super::run::{Span, run_span};
 use super::score::TrialSums;
@@ -12,58 +16,60 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A piece of a study, seconds of work at most where one estimate of an integral takes no longer.
+/// A piece of a study. It takes at most some seconds, unless a single estimate of an integral takes
+/// longer.
 ///
-/// All trials of an integral are in one unit, so that spreads over trials are those of the whole
-/// study however it is cut: large measurements are cut by integrals.
+/// All trials of an integral are in one unit, so that spreads over trials do not depend on how the
+/// study is cut: large measurements are cut by integrals.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
-    /// A round of the reference on some integrals.
+    /// One round of the reference on some integrals.
     Reference {
         /// The number of the round.
         round: u32,
         /// The integrals.
         integrals: Range<usize>,
     },
-    /// Measurements, timed in turns: all integrals of one or more, or some of one.
+    /// Measurements that are timed in turns: several measurements of all integrals, or one
+    /// measurement of all or some integrals.
     Cells {
-        /// Numbers of measurements, as [`Design::cells`] counts them.
+        /// The numbers of the measurements in the order of [`Design::cells`].
         cells: Range<usize>,
         /// The integrals.
         integrals: Range<usize>,
     },
 }
 
-/// A unit, and a guess of the processor seconds that it takes: a function of the work counted in a
-/// pilot, the same on every machine.
+/// A unit and an estimate of the processor time that it takes, which follows from the work counted
+/// in a pilot run and is the same on every machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Planned {
     /// The unit.
     pub unit: Unit,
-    /// Guess of its processor seconds.
+    /// The estimate of its processor time, in seconds.
     pub seconds: f64,
 }
 
 /// The result of a unit of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Part {
-    /// A part of a round of the reference.
+    /// A part of one round of the reference.
     Reference(ReferencePart),
-    /// The parts of measurements, one by one.
+    /// The parts of the unit's measurements, one by one.
     Cells(Vec<CellPart>),
 }
 
-/// A part as bytes, from which [`from_bytes`] makes the same; or any other value.
+/// Serializes a part, or any other value, so that [`from_bytes`] restores it.
 #[must_use]
 pub fn to_bytes(value: &impl Serialize) -> Vec<u8> {
-    // Memory takes everything; bytes that are none would be refused.
+    // Serialization into memory cannot fail; if it did, `from_bytes` would refuse the empty bytes.
     postcard::to_allocvec(value).unwrap_or_default()
 }
 
-/// The value that some bytes are of.
+/// Restores a value from the bytes that [`to_bytes`] made of it.
 ///
 /// # Errors
-/// If they are not those of such a value, or more than those.
+/// If the bytes do not represent such a value, or if there are more of them.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
@@ -72,21 +78,21 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     }
 }
 
-/// Sums, times and counts of one measurement on some integrals.
+/// The sums, times and counts of one measurement on some integrals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellPart {
-    /// Number of integrals.
+    /// The number of integrals.
     pub(super) integrals: usize,
     pub(super) sums: TrialSums,
     pub(super) times: Times,
     pub(super) counts: Counts,
-    /// The processor that was timed.
+    /// The name of the processor on which the part was timed.
     pub(super) processor: String,
 }
 
 impl CellPart {
-    /// Adds what was found on other integrals. Times on different processors are not added: those
-    /// are not known then.
+    /// Adds the part of other integrals. Times on different processors are not added: the time of
+    /// the whole is then unknown.
     pub(super) fn join(&mut self, other: Self) {
         self.integrals += other.integrals;
         self.sums.join(&other.sums);
@@ -100,25 +106,25 @@ impl CellPart {
     }
 }
 
-/// The name of the processor of what was measured on several.
+/// The processor's name for a measurement that was timed on several processors.
 const SEVERAL: &str = "several";
 
-/// Seconds of work that a unit is made for.
+/// The processor time, in seconds, that a unit aims at.
 const UNIT_SECONDS: f64 = 2.0;
 
-/// Units that a problem is cut into at most, but for one of each measurement.
+/// The largest number of units of a problem, in addition to one for each measurement.
 const MOST_UNITS: f64 = 1e5;
 
-/// Estimates of a unit at most, so that they fit into memory (24 bytes each, and as many while they
-/// are copied), but for those of one integral.
+/// The largest number of estimates of a unit, so that they fit into memory (24 bytes each, and as
+/// many again while they are copied). A unit of a single integral may have more.
 pub const BLOCK_ESTIMATES: usize = 1 << 22;
 
-/// Integrals of the pilot, spread over all of them, and trials of each.
+/// The number of integrals of a pilot, spread over all of them, and the number of trials of each.
 const PILOT_INTEGRALS: usize = 64;
 const PILOT_TRIALS: u32 = 2;
 const PILOT_SEED: u64 = 0x0911_0700_0911_0701;
 
-/// A problem, what it is held to, and what is measured on it.
+/// A problem, its true values, and the design of what is measured on it.
 #[derive(Debug)]
 pub struct Job<'a, P: Problem> {
     /// The problem.
@@ -129,29 +135,33 @@ pub struct Job<'a, P: Problem> {
     pub design: &'a Design<P::Settings>,
 }
 
-/// The result of a few trials on a few integrals by a method at a number of samples.
+/// The result of a few trials on a few integrals, by one method at one number of samples.
 struct Pilot {
-    /// Mean over integrals and channels of the variance of one estimate.
+    /// The mean over integrals and channels of the variance of one estimate.
     variance: f64,
-    /// Seconds of all trials of all integrals, guessed.
+    /// The estimated seconds of all trials of all integrals.
     seconds: f64,
 }
 
 impl<P: Problem> Job<'_, P> {
-    /// The units of a study: those of the reference first. The same on every machine: they follow
-    /// from a pilot of a few trials on a few integrals, by its counters and not by clocks.
+    /// Returns the units of a study, the reference's first. They are the same on every machine, as
+    /// they follow from the counters of a pilot run of a few trials on a few integrals, and not
+    /// from clocks.
     #[must_use]
     pub fn units(&self) -> Vec<Planned> {
+        // Run the pilots, and let the reference come first.
         let cells = || self.design.cells();
         let pilots: Vec<Pilot> = cells().map(|(m, n)| self.pilot(m, n)).collect();
         let mut units = self.reference_units(self.rounds(&pilots));
+        // Make units longer than usual where there would be too many of them.
         let all = self.problem.integrals();
         let total: f64 = pilots.iter().map(|p| p.seconds).sum();
         let unit_seconds = UNIT_SECONDS.max(total / MOST_UNITS);
+        // Cut each measurement by integrals if it is long, and let neighbours share a unit if they
+        // are short.
         for (k, ((method, _), pilot)) in cells().zip(&pilots).enumerate() {
             let cost = pilot.seconds.max(self.design.cell_seconds);
             for block in blocks(all, method.trials, cost / (2.0 * unit_seconds)) {
-                // Neighbours that are not cut share a unit.
                 let whole = block == (0..all);
                 match units.last_mut() {
                     Some(Planned {
@@ -174,9 +184,9 @@ impl<P: Problem> Job<'_, P> {
         units
     }
 
-    /// Rounds of the reference, so many that its error should be below a twentieth of the smallest
-    /// variance that the pilot found (a tenth is wanted, and a pilot is no more than a guess), and
-    /// [`Design::reference_rounds`] at most.
+    /// Returns the number of rounds of the reference, at most [`Design::reference_rounds`]: as many
+    /// as should make its error less than a twentieth of the smallest variance that the pilots
+    /// found. A tenth is required; the factor of two allows for the uncertainty of a pilot.
     fn rounds(&self, pilots: &[Pilot]) -> u32 {
         let Truth::Computed(method) = self.truth else {
             return 0;
@@ -190,7 +200,7 @@ impl<P: Problem> Job<'_, P> {
         rounds.clamp(1, self.design.reference_rounds.max(1))
     }
 
-    /// The units of so many rounds of the reference; none for known values.
+    /// Returns the units of this many rounds of the reference; none if the values are known.
     #[must_use]
     pub fn reference_units(&self, rounds: u32) -> Vec<Planned> {
         let Truth::Computed(method) = self.truth else {
@@ -211,11 +221,13 @@ impl<P: Problem> Job<'_, P> {
         units.collect()
     }
 
-    /// A guess of the processor seconds of one trial of all integrals, by a pilot.
+    /// Returns an estimate, by a pilot, of the processor time of one trial of all integrals, in
+    /// seconds.
     pub(crate) fn trial_seconds(&self, method: &Method<P::Settings>, samples: u32) -> f64 {
         self.pilot(method, samples).seconds / f64::from(method.trials)
     }
 
+    /// Runs a pilot of a method: a few trials of integrals at equal steps.
     fn pilot(&self, method: &Method<P::Settings>, samples: u32) -> Pilot {
         let all = self.problem.integrals();
         let count = all.min(PILOT_INTEGRALS);
@@ -238,11 +250,11 @@ impl<P: Problem> Job<'_, P> {
         }
     }
 
-    /// Computes a unit on the threads of the rayon pool that it is called in. `reference` is asked
-    /// for by measurements alone. All but times is the same on every machine.
+    /// Computes a unit on the threads of the rayon pool in which it is called. Only measurements
+    /// call `reference`. Everything except times is the same on every machine.
     ///
     /// # Errors
-    /// Whatever `reference` fails with, and for a unit or a reference of another study.
+    /// If `reference` fails, or the unit or the reference belongs to another study.
     pub fn compute<'r>(
         &self,
         unit: &Unit,
@@ -253,6 +265,7 @@ impl<P: Problem> Job<'_, P> {
             (Unit::Reference { round, integrals }, Truth::Computed(method))
                 if integrals.end <= all =>
             {
+                // A round of the reference on these integrals.
                 let samples = self.design.reference_samples();
                 let integrals = integrals.clone();
                 let part = ReferencePart::new(self.problem, method, samples, *round, integrals);
@@ -261,6 +274,7 @@ impl<P: Problem> Job<'_, P> {
             (Unit::Cells { cells, integrals }, _)
                 if integrals.end <= all && cells.end <= self.design.cells().len() =>
             {
+                // Measurements, scored against the reference.
                 let reference = reference()?;
                 if reference.values.len() != all {
                     bail!("the reference of another study");
@@ -271,12 +285,14 @@ impl<P: Problem> Job<'_, P> {
         }
     }
 
+    /// Measures a range of cells on some integrals.
     fn cells(
         &self,
         cells: &Range<usize>,
         integrals: &Range<usize>,
         reference: &Reference,
     ) -> Vec<CellPart> {
+        // Estimate and score each cell; the estimates themselves are dropped at once.
         let processor = cpu_name();
         let mut runs: Vec<(CellRun<P::Settings>, TrialSums)> = Vec::new();
         for (method, samples) in self.design.cells().skip(cells.start).take(cells.len()) {
@@ -286,7 +302,8 @@ impl<P: Problem> Job<'_, P> {
             run.values = Vec::new();
             runs.push((run, sums));
         }
-        // Short ones are measured again and again, in turns; blocks are as long as they are.
+        // Time short cells again and again, in turns, until each has been measured for long enough.
+        // Blocks of a larger measurement are long already.
         let mut known = integrals.len() < self.problem.integrals();
         while !known {
             known = true;
@@ -305,7 +322,8 @@ impl<P: Problem> Job<'_, P> {
     }
 }
 
-/// Cuts integrals into at least so many blocks, and so small that their estimates fit into memory.
+/// Cuts integrals into at least `least` blocks, and into more where the estimates of a block would
+/// not fit into memory.
 fn blocks(integrals: usize, trials: u32, least: f64) -> Vec<Range<usize>> {
     let estimates = integrals.saturating_mul(trials as usize);
     #[allow(clippy::cast_possible_truncation, reason = "saturates, and is clamped")]
@@ -315,8 +333,8 @@ fn blocks(integrals: usize, trials: u32, least: f64) -> Vec<Range<usize>> {
     (0..count).map(|k| edge(k)..edge(k + 1)).collect()
 }
 
-/// Seconds of processor time for work that was counted, on one machine of 2026: within a factor of
-/// three on the scenes of the default study.
+/// Returns an estimate of the processor time, in seconds, of the counted work on one machine of
+/// 2026. It is within a factor of three on the scenes of the default study.
 fn guess(counts: &Counts, samples: u32, estimates: f64) -> f64 {
     let nanoseconds = 15.0 * counts.rays as f64
         + 15.0 * counts.line_queries as f64

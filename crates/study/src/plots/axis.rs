@@ -1,19 +1,20 @@
-//! Logarithmic axes and their ticks.
+//! Logarithmic axes, their ticks and labels, and the notation of numbers in plots and tables.
 
 use linelit_elementary::{ln, log10};
 
-/// Kind of numbers along an axis.
+/// The kind of numbers along an axis, which determines how its labels are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unit {
-    /// Plain numbers, as powers of ten.
+    /// Plain numbers, written as powers of ten.
     Number,
-    /// Counts, in full.
+    /// Counts, written in full.
     Count,
-    /// Seconds, with the usual prefixes.
+    /// Seconds, written with the usual prefixes.
     Seconds,
 }
 
-/// A logarithmic axis from `low` to `high` (both positive) over pixels.
+/// A logarithmic axis: the values from `low` to `high` (both positive) lie at the pixels from
+/// `from` to `to`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogAxis {
     pub(crate) low: f64,
@@ -23,7 +24,8 @@ pub(crate) struct LogAxis {
 }
 
 impl LogAxis {
-    /// The axis that holds all positive values with a margin of a factor `pad`.
+    /// Returns the axis that contains all positive values, with a margin of a factor `pad` at both
+    /// ends.
     pub(crate) fn spanning(values: impl Iterator<Item = f64>, pad: f64) -> Self {
         let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
         for value in values.filter(|v| *v > 0.0 && v.is_finite()) {
@@ -41,27 +43,31 @@ impl LogAxis {
         }
     }
 
+    /// Returns the axis stretched over these pixels.
     pub(crate) fn over(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
 
-    /// The pixel of a value, clamped to the axis.
+    /// Returns the pixel of a value; values beyond the axis lie at its ends.
     pub(crate) fn pixel(&self, value: f64) -> f64 {
         let value = value.clamp(self.low, self.high);
         let t = ln(value / self.low) / ln(self.high / self.low);
         self.from + t * (self.to - self.from)
     }
 
+    /// Returns whether a value is on the axis.
     pub(crate) fn holds(&self, value: f64) -> bool {
-        // A tick at the end itself belongs, whatever the rounding of the padding.
+        // A tick at the end itself is on the axis, however the padding was rounded.
         value >= self.low * (1.0 - 1e-9) && value <= self.high * (1.0 + 1e-9)
     }
 
+    /// Returns the number of decades that the axis spans.
     fn decades(&self) -> f64 {
         log10(self.high / self.low)
     }
 
-    /// Ticks, at most about nine: every decade, or every few, or 1, 2, 5 within few decades.
+    /// Returns the ticks, about nine at most: every decade, or every few decades, or 1, 2, 5 within
+    /// few decades.
     pub(crate) fn ticks(&self) -> Vec<f64> {
         #[allow(clippy::cast_possible_truncation, reason = "exponents of f64 fit i32")]
         let exponent = |v: f64| log10(v).floor() as i32;
@@ -78,7 +84,8 @@ impl LogAxis {
         ticks.filter(|&tick| self.holds(tick)).collect()
     }
 
-    /// Leaves out ticks whose labels would touch: every second, every third….
+    /// Returns the ticks without those whose labels would touch: every one, or every second, or
+    /// every third….
     pub(crate) fn thinned(&self, ticks: &[f64]) -> Vec<f64> {
         let inside: Vec<f64> = ticks.iter().copied().filter(|t| self.holds(*t)).collect();
         let kept = |step: usize| inside.iter().copied().step_by(step).collect::<Vec<f64>>();
@@ -88,14 +95,15 @@ impl LogAxis {
         found.unwrap_or(inside)
     }
 
-    /// The ends of an error bar, which end where the axis does; `None` for no error.
+    /// Returns the pixels of the ends of an error bar, the lower of which is clamped to the axis;
+    /// `None` if there is no error.
     pub(crate) fn bar(&self, [value, error]: [f64; 2]) -> Option<[f64; 2]> {
         let ends = [(value - error).max(self.low), value + error];
         (error > 0.0).then(|| ends.map(|end| self.pixel(end)))
     }
 }
 
-/// A tick's label.
+/// Returns a tick's label.
 pub(crate) fn label(value: f64, unit: Unit) -> String {
     match unit {
         Unit::Count => format!("{value}"),
@@ -107,7 +115,7 @@ pub(crate) fn label(value: f64, unit: Unit) -> String {
     }
 }
 
-/// Seconds in words that are read at a glance: `200 µs`, `5 s`.
+/// Formats seconds so that they are read at a glance: `200 µs`, `5 s`.
 pub(crate) fn seconds(value: f64) -> String {
     for (unit, size) in [("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)] {
         if value >= size * 0.999_999 {
@@ -117,7 +125,8 @@ pub(crate) fn seconds(value: f64) -> String {
     format!("{} ns", short(value * 1e9))
 }
 
-/// Three significant digits without trailing zeros; whole numbers above that in full.
+/// Formats a number by three significant digits without trailing zeros; larger numbers are rounded
+/// to whole ones.
 pub(crate) fn short(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude >= 100.0 || magnitude <= 0.0 {
@@ -130,7 +139,7 @@ pub(crate) fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A number with a true minus sign; a dash for none.
+/// Formats a number with a true minus sign, or a dash if it is not finite.
 pub(crate) fn signed(value: f64, digits: usize) -> String {
     if value.is_finite() {
         format!("{value:.digits$}").replace('-', "−")
@@ -139,7 +148,8 @@ pub(crate) fn signed(value: f64, digits: usize) -> String {
     }
 }
 
-/// A number in three digits and a power of ten, as text: `1.25·10⁻⁷`; a dash for none.
+/// Formats a number by three digits and a power of ten, `1.25·10⁻⁷`, or as a dash if it is not
+/// finite.
 #[must_use]
 pub fn scientific(value: f64) -> String {
     if !value.is_finite() {
@@ -151,6 +161,7 @@ pub fn scientific(value: f64) -> String {
     exponential(value, 2)
 }
 
+/// Formats a number as a mantissa with this many decimals and a power of ten in superscript digits.
 fn exponential(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$e}").replace('-', "−");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));

@@ -1,4 +1,4 @@
-//! Error over samples or time: one panel for each sampler, one line for each estimator.
+//! Plots of error over samples or time: one panel for each sampler, one line for each estimator.
 
 use super::axis::{self, LogAxis, Unit, scientific};
 use super::palette::Palette;
@@ -9,26 +9,27 @@ use linelit_elementary::pow;
 /// One measurement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlotPoint {
-    /// Samples or seconds.
+    /// The number of samples, or seconds.
     pub x: f64,
-    /// Standard deviation of `x`, for the horizontal bar; zero or NaN for none.
+    /// The standard deviation of `x`, for the horizontal bar; zero or NaN for no bar.
     pub x_error: f64,
-    /// Error.
+    /// The error, or efficiency.
     pub y: f64,
-    /// Standard error of `y`, for the bar.
+    /// The standard error of `y`, for the vertical bar; zero or NaN for no bar.
     pub y_error: f64,
-    /// Whether there is no noise, whatever `y` is: an open mark on the edge towards which better
-    /// ones lie.
+    /// Whether the measurement has no noise. It is then drawn as an open mark at the better edge of
+    /// the panel, whatever `y` is.
     pub noiseless: bool,
 }
 
 impl PlotPoint {
-    /// Whether it has a place on the axes; what has none is left out.
+    /// Returns whether the measurement has a position on logarithmic axes; others are left out.
     fn is_drawn(&self) -> bool {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         self.noiseless || (positive(self.x) && positive(self.y))
     }
 
+    /// Returns whether the measurement has noise and is drawn.
     fn is_noisy(&self) -> bool {
         !self.noiseless && self.is_drawn()
     }
@@ -37,46 +38,56 @@ impl PlotPoint {
 /// The measurements of one estimator with one sampler.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The estimator, which chooses the colour and mark.
+    /// The estimator, which determines the colour and the mark.
     pub estimator: String,
-    /// The pattern, which chooses the panel.
+    /// The sampler, which determines the panel.
     pub sampler: String,
-    /// The measurements, in the order in which a line joins those with noise.
+    /// The measurements. A line joins the noisy ones in this order.
     pub points: Vec<PlotPoint>,
 }
 
-/// A log–log plot.
+/// A plot with two logarithmic axes.
 #[derive(Clone, Debug)]
 pub struct ConvergencePlot {
-    /// Description of the plot for screen readers.
+    /// The description of the plot for screen readers.
     pub title: String,
-    /// Label of the horizontal axis.
+    /// The label of the horizontal axis.
     pub x_label: String,
-    /// Label of the vertical axis.
+    /// The label of the vertical axis.
     pub y_label: String,
-    /// Whether the horizontal axis is of seconds; else of samples, with a tick at each number.
+    /// Whether the horizontal axis has seconds; otherwise it has samples, with a tick at each
+    /// number.
     pub x_is_time: bool,
-    /// Whether more is better: where open marks stand above, not below.
+    /// Whether larger values are better. Open marks are then at the upper edge instead of the lower
+    /// one.
     pub more_is_better: bool,
-    /// Slopes drawn as dashed lines from the first point of the worst estimator.
+    /// The slopes that are drawn as dashed lines from the first point of the worst estimator.
     pub guides: Vec<f64>,
     /// The data. Points that are not positive cannot be drawn and are left out.
     pub series: Vec<Series>,
-    /// Colours; of the whole report, so that they are the same in all its plots.
+    /// The colours. A report uses one palette for all its plots, so that an estimator has the same
+    /// colour in each.
     pub palette: Palette,
 }
 
+/// The margins of the plot, in pixels.
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 22.0;
+/// The distance between panels, in pixels.
 const GAP: f64 = 18.0;
+/// The height of a panel, and the heights of the title above it and the labels of ticks below it,
+/// in pixels.
 const PANEL_HEIGHT: f64 = 236.0;
 const PANEL_HEAD: f64 = 24.0;
 const TICKS: f64 = 22.0;
+/// The height of the label of the horizontal axis, in pixels.
 const X_LABEL: f64 = 26.0;
+/// The width of the plot, in pixels.
 const WIDTH: f64 = 900.0;
+/// The height of a row of the legend, in pixels.
 const LEGEND_ROW: f64 = 20.0;
 
-/// Root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
+/// Plots the root mean squared error over the number of samples, with the slopes −½, −1 and −3/2.
 pub(crate) fn error_over_samples(
     scene: &str,
     rows: &[ResultRow],
@@ -98,8 +109,8 @@ pub(crate) fn error_over_samples(
     }
 }
 
-/// Root mean squared error over processor seconds; horizontal bars are the standard deviation of
-/// the times of passes, how far another run may be.
+/// Plots the root mean squared error over processor seconds. Horizontal bars are the standard
+/// deviation of the times of passes, that is, how much another run may differ.
 pub(crate) fn error_over_time(
     scene: &str,
     rows: &[ResultRow],
@@ -121,9 +132,9 @@ pub(crate) fn error_over_time(
     }
 }
 
-/// Efficiency, 1/(mean squared error · processor time), over the number of samples, relative to
-/// [`ResultRow::unit_of_efficiency`]: level for independent samples, rising where stratification
-/// pays.
+/// Plots the efficiency, 1/(mean squared error · processor time), over the number of samples,
+/// relative to [`ResultRow::unit_of_efficiency`]. It is level for independent samples, and rises
+/// where stratification pays.
 pub(crate) fn efficiency_over_samples(
     scene: &str,
     rows: &[ResultRow],
@@ -134,7 +145,8 @@ pub(crate) fn efficiency_over_samples(
     let series = gather(scene, timed, |row| PlotPoint {
         x: row.samples.into(),
         y: unit / row.cost(),
-        // The time's error belongs to all measurements of a moment: it is left to the tables.
+        // The error of the time is left to the tables: a disturbance of the machine changes all
+        // measurements of that moment together.
         y_error: unit / row.cost() * row.mse_stderr / row.mse,
         ..PlotPoint::default()
     });
@@ -148,7 +160,7 @@ pub(crate) fn efficiency_over_samples(
     }
 }
 
-/// The root mean squared error and its standard error.
+/// Returns the root mean squared error and its standard error, at no x yet.
 fn rmse(row: &ResultRow) -> PlotPoint {
     let rmse = row.mse.sqrt();
     PlotPoint {
@@ -159,7 +171,7 @@ fn rmse(row: &ResultRow) -> PlotPoint {
     }
 }
 
-/// The series of a scene.
+/// Returns the series of a scene: its rows as points, by estimator and sampler.
 fn gather<'a>(
     scene: &str,
     rows: impl IntoIterator<Item = &'a ResultRow>,
@@ -184,7 +196,7 @@ fn gather<'a>(
     all
 }
 
-/// A panel's two axes.
+/// The two axes of a panel.
 #[derive(Clone, Copy)]
 struct Panel {
     x: LogAxis,
@@ -192,15 +204,17 @@ struct Panel {
 }
 
 impl Panel {
+    /// Returns the pixel of a point.
     fn pixel(&self, x: f64, y: f64) -> [f64; 2] {
         [self.x.pixel(x), self.y.pixel(y)]
     }
 }
 
 impl ConvergencePlot {
-    /// The SVG.
+    /// Draws the plot as SVG.
     #[must_use]
     pub fn render(&self) -> String {
+        // Lay out the panels, one for each sampler, in up to three columns below the legend.
         let samplers = unique(self.series.iter().map(|s| s.sampler.as_str()));
         let estimators = unique(self.series.iter().map(|s| s.estimator.as_str()));
         let columns = samplers.len().clamp(1, 3);
@@ -211,6 +225,7 @@ impl ConvergencePlot {
         let legend_height = self.draw_legend(&mut canvas, &estimators);
         let row_height = PANEL_HEAD + PANEL_HEIGHT + TICKS;
         let height = legend_height + row_height * rows as f64 + X_LABEL;
+        // Draw each panel; the labels of the guides come last, so that no line crosses them.
         let (x_axis, y_axis) = self.axes();
         for (index, sampler) in samplers.iter().enumerate() {
             let (column, row) = (index % columns, index / columns);
@@ -230,6 +245,7 @@ impl ConvergencePlot {
                 canvas.text("ll-halo", end, Anchor::End, &order);
             }
         }
+        // Label the two axes once for all panels.
         let (x, y) = (
             0.5 * (LEFT + WIDTH - RIGHT),
             0.5 * (legend_height + height - X_LABEL),
@@ -239,26 +255,30 @@ impl ConvergencePlot {
         canvas.finish(height, &self.title)
     }
 
+    /// Returns all points that can be drawn.
     fn points(&self) -> impl Iterator<Item = &PlotPoint> {
         let points = self.series.iter().flat_map(|series| &series.points);
         points.filter(|point| point.is_drawn())
     }
 
+    /// Returns the x of all points that can be drawn.
     fn abscissae(&self) -> impl Iterator<Item = f64> {
         self.points().map(|point| point.x)
     }
 
+    /// Returns the axes that hold all panels' points.
     fn axes(&self) -> (LogAxis, LogAxis) {
         let mut x = LogAxis::spanning(self.abscissae(), 1.35);
         if !self.guides.is_empty() {
-            // Room beyond the last point, where the guides' orders stand.
+            // Leave a margin beyond the last point, for the labels of the guides.
             x.high *= pow(x.high / x.low, 0.1).max(1.2);
         }
         let noisy = self.points().filter(|point| point.is_noisy());
         (x, LogAxis::spanning(noisy.map(|p| p.y), 1.6))
     }
 
-    /// Draws each estimator with its mark, row by row; gives the height.
+    /// Draws each estimator's name with its mark, in as many rows as necessary, and returns the
+    /// height of the legend.
     fn draw_legend(&self, canvas: &mut Canvas, estimators: &[&str]) -> f64 {
         let (mut x, mut y) = (LEFT, 14.0);
         for estimator in estimators {
@@ -275,8 +295,11 @@ impl ConvergencePlot {
         y + 12.0
     }
 
+    /// Draws the grid and frame of a panel, with labels of the ticks; only a `labelled` panel has
+    /// them at the vertical axis.
     fn draw_frame(&self, canvas: &mut Canvas, panel: Panel, labelled: bool) {
         let Panel { x, y } = panel;
+        // Draw the horizontal lines of the grid.
         for tick in y.ticks() {
             let at = y.pixel(tick);
             canvas.line("ll-grid", [x.from, at], [x.to, at]);
@@ -285,6 +308,7 @@ impl ConvergencePlot {
                 canvas.text("ll-small", [x.from - 7.0, at + 4.0], Anchor::End, &text);
             }
         }
+        // Draw the vertical lines: at round times, or at the numbers of samples that were measured.
         let (ticks, unit) = if self.x_is_time {
             (x.ticks(), Unit::Seconds)
         } else {
@@ -302,19 +326,21 @@ impl ConvergencePlot {
         canvas.rect("ll-panel", [x.from, y.to], [x.to - x.from, y.from - y.to]);
     }
 
-    /// Dashed slopes from the first point of the worst estimator in the panel. Their orders, with
-    /// the places where they stand, come back, as they must be drawn above the data.
+    /// Draws dashed lines of given slopes from the first point of the worst estimator in the panel.
+    /// Returns the labels with their positions, as they have to be drawn after the data.
     fn draw_guides(
         &self,
         canvas: &mut Canvas,
         panel: Panel,
         sampler: &str,
     ) -> Vec<([f64; 2], String)> {
+        // Find the worst first point of all estimators.
         let own = self.series.iter().filter(|s| s.sampler == sampler);
         let firsts = own.filter_map(|s| s.points.iter().find(|point| point.is_noisy()));
         let Some(start) = firsts.max_by(|a, b| a.y.total_cmp(&b.y)) else {
             return Vec::new();
         };
+        // Draw each guide up to where it leaves the panel, on the right or at the bottom.
         let mut draw = |&slope: &f64| {
             let right = start.y * pow(panel.x.high / start.x, slope);
             let leaves_right = right >= panel.y.low;
@@ -326,7 +352,8 @@ impl ConvergencePlot {
             };
             let first = panel.pixel(start.x, start.y);
             canvas.line("ll-guide", first, end);
-            // Below, on the steep side of the guide, where no data are expected; above open marks.
+            // Put its label on the steep side of the guide, where no data are expected, and above
+            // open marks.
             let (t, aside) = match leaves_right {
                 true => (1.0, [5.0, 7.0]),
                 false => (0.75, [8.0, -9.0]),
@@ -337,8 +364,11 @@ impl ConvergencePlot {
         self.guides.iter().map(&mut draw).collect()
     }
 
+    /// Draws the points of an estimator with their error bars, and the line that joins the noisy
+    /// ones.
     fn draw_series(&self, canvas: &mut Canvas, panel: Panel, series: &Series) {
         let colour = self.palette.index(&series.estimator);
+        // Join the noisy points.
         let noisy = series.points.iter().filter(|p| p.is_noisy());
         let line: Vec<[f64; 2]> = noisy.map(|p| panel.pixel(p.x, p.y)).collect();
         canvas.polyline(&format!("ll-l{colour}"), &line);
@@ -347,6 +377,7 @@ impl ConvergencePlot {
         } else {
             panel.y.low
         };
+        // Draw each point with its bars; points without noise lie on the edge.
         for point in series.points.iter().filter(|p| p.is_drawn()) {
             let [x, y] = panel.pixel(point.x, if point.noiseless { edge } else { point.y });
             let bars = format!("ll-e{colour}");
@@ -358,6 +389,7 @@ impl ConvergencePlot {
             if let Some([low, high]) = panel.x.bar([point.x, point.x_error]) {
                 canvas.bar(&bars, [low, y], [high, y]);
             }
+            // Draw the mark, which shows its numbers on hovering.
             let (shape, found) = if point.noiseless {
                 ('o', "no noise".to_owned())
             } else {
@@ -373,6 +405,7 @@ impl ConvergencePlot {
         }
     }
 
+    /// Returns the samples or the time of a point in words.
     fn abscissa(&self, point: &PlotPoint) -> String {
         let [x, error] = [point.x, point.x_error];
         if !self.x_is_time {
@@ -385,7 +418,7 @@ impl ConvergencePlot {
     }
 }
 
-/// Names in the order in which they come first.
+/// Returns the distinct names, in the order of their first occurrence.
 pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut all = Vec::new();
     for name in names {
@@ -400,7 +433,7 @@ pub(super) fn unique<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 mod tests {
     use super::*;
 
-    /// A row with an error of a tenth of its own; without noise at 64 samples.
+    /// Returns a row whose error bar is a tenth of its error, and which has no noise at 64 samples.
     fn row(samples: u32, mse: f64) -> ResultRow {
         ResultRow {
             scene: "s".to_owned(),
@@ -429,7 +462,7 @@ mod tests {
             row(64, 1e-9),
         ];
         let svg = error_over_samples("s", &rows, &Palette::default()).render();
-        // Two with noise, and one without on the lower edge.
+        // Two points with noise, and one without noise on the lower edge.
         assert_eq!(svg.matches("<title>").count(), 3);
         assert_eq!(svg.matches(r#"class="ll-o"#).count(), 1);
         assert!(!svg.contains("inf") && !svg.contains("\"NaN"), "{svg}");
@@ -441,7 +474,7 @@ mod tests {
         }
     }
 
-    /// A bar along the axis, one across it, and none for an error that is not known.
+    /// There is a bar along each axis, and none for an unknown error.
     #[test]
     fn bars_say_how_sure_times_are() {
         let timed = |samples, cpu_error| ResultRow {
@@ -456,7 +489,7 @@ mod tests {
             timed(64, 8e-3),
         ];
         let svg = error_over_time("s", &rows, &Palette::default()).render();
-        // Each of the three that are known is a line and its two ends; no error of the error is.
+        // Each of the three known errors is drawn as a line with two ends.
         assert_eq!(svg.matches(r#"class="ll-e"#).count(), 9, "{svg}");
         assert!(
             svg.contains("1 ms ± 100 µs") && svg.contains("64 ms ± 8 ms: no noise"),
@@ -464,7 +497,7 @@ mod tests {
         );
         assert!(!svg.contains("inf") && !svg.contains("NaN\""));
         let axis = LogAxis::spanning([1.0, 100.0].into_iter(), 1.0).over(0.0, 20.0);
-        // From 10 − 9 to 10 + 990, which is beyond.
+        // From 10 − 9 to 10 + 990, which is beyond the axis.
         assert_eq!(axis.bar([10.0, 9.0]), Some([0.0, axis.pixel(19.0)]));
         assert_eq!(axis.bar([10.0, 990.0]), Some([0.0, 20.0]));
         assert_eq!(axis.bar([10.0, f64::NAN]), None);
@@ -484,9 +517,10 @@ mod tests {
         assert_eq!((plot.series.len(), points.len()), (1, 3));
         let (first, last) = (points[0], points[2]);
         assert!(last.noiseless && !first.noiseless);
-        // 10 % of the square is 5 % of the root.
+        // 10 % of the squared error is 5 % of its root.
         assert!((first.y - 2.0).abs() < 1e-15 && (first.y_error - 0.1).abs() < 1e-15);
-        // Costs of .004 and .001; of points .008 and, below its standard error, less.
+        // The costs are .004 and .001; those of points are .008 and a smaller one below its
+        // standard error, which does not count.
         let values = |rows: &[ResultRow]| {
             let plot = efficiency_over_samples("s", rows, &Palette::default());
             [0, 1].map(|k| plot.series[0].points[k].y).to_vec()

@@ -1,9 +1,8 @@
 //! Plots as SVG text: error and efficiency over samples, and error over time.
 //!
-//! The drawings are written by hand: log–log axes, error bars and a legend need a few hundred
-//! lines, and keep a plotting library out of the build. Colours are fixed for each estimator and
-//! change with the reader's light or dark theme; every mark tells its numbers on hovering. Equal
-//! data give equal text.
+//! The SVG is generated without a plotting library, as axes, error bars and a legend take only a
+//! few hundred lines. Each estimator has a fixed colour, which depends on the reader's light or
+//! dark theme, and every mark shows its numbers on hovering. Equal data give equal text.
 
 mod axis;
 mod convergence;

@@ -1,11 +1,11 @@
-//! One colour and one mark for each estimator, the same in all plots of a report.
+//! The palette of a report: each estimator has one colour and one mark in all plots.
 
 use std::collections::BTreeMap;
 
-/// Shapes of marks.
+/// The number of different shapes of marks.
 pub(crate) const MARK_COUNT: usize = 6;
 
-/// Estimators with a colour of their own: points cold, lines warm.
+/// The estimators that have a colour of their own: cold colours for points, warm ones for lines.
 const KNOWN: [&str; 8] = [
     "point-area",
     "point-solid-angle",
@@ -20,8 +20,8 @@ const KNOWN: [&str; 8] = [
 /// The index of `exact` in [`KNOWN`].
 const GREY: usize = 6;
 
-/// Light-theme and dark-theme colours: first those of [`KNOWN`], then spares for combinations and
-/// options. Each has at least 3 : 1 contrast on its paper.
+/// The colours of series in the light and in the dark theme: first one for each of [`KNOWN`], then
+/// spares for combinations and options. Each has a contrast of at least 3 : 1 with its background.
 const COLOURS: [[&str; 2]; 13] = [
     ["#2a6db5", "#6fb0f2"],
     ["#12857a", "#4fd0bf"],
@@ -40,8 +40,9 @@ const COLOURS: [[&str; 2]; 13] = [
 
 /// The colours and marks of a study's estimators.
 ///
-/// Names without options keep one colour everywhere; others (options, combinations) get the spares
-/// in the order in which they are named, which the study's own order keeps the same in all plots.
+/// Names without options have one colour everywhere. Others (options, combinations) get the spare
+/// colours in the order in which they are named; the order of the study makes this the same in all
+/// of its plots.
 ///
 /// ```
 /// use linelit_study::plots::Palette;
@@ -55,7 +56,7 @@ pub struct Palette {
 }
 
 impl Palette {
-    /// A palette for these estimators.
+    /// Creates a palette for these estimators.
     pub fn new<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
         let spares = COLOURS.len() - KNOWN.len();
         let mut indices = BTreeMap::new();
@@ -76,7 +77,8 @@ impl Palette {
         Self { indices }
     }
 
-    /// The number of an estimator's colour and mark; that of `exact`, grey, for an unknown name.
+    /// Returns the number of an estimator's colour and mark; an unknown name gets the grey of
+    /// `exact`.
     #[must_use]
     pub fn index(&self, name: &str) -> usize {
         self.indices.get(name).copied().unwrap_or(GREY)
@@ -104,10 +106,10 @@ const INKS: [(&str, [&str; 2]); 9] = [
     (" text.ll-head{fill:", ["#1d242c", "#eef2f6"]),
 ];
 
-/// Papers of the light and of the dark theme.
+/// The background of the light and of the dark theme.
 const PAPER: [&str; 2] = ["#ffffff", "#151a21"];
 
-/// The style sheet of every plot: light by default, dark where the reader prefers it.
+/// Returns the style sheet of every plot: light by default, dark where the reader prefers it.
 pub(crate) fn css() -> String {
     let theme = |dark: usize| {
         let inks = INKS.map(|(rule, colours)| format!(".ll{rule}{}}}", colours[dark]));

@@ -1,17 +1,17 @@
-//! The little SVG that the plots need.
+//! The few SVG elements that the plots are made of.
 
 use linelit_elementary::{cos, sin};
 
 use super::palette;
 
-/// Collects elements; coordinates are rounded to hundredths of a pixel.
+/// A drawing that collects elements. Coordinates are rounded to hundredths of a pixel.
 #[derive(Debug)]
 pub(crate) struct Canvas {
     width: f64,
     body: String,
 }
 
-/// Alignment of a text about its point.
+/// The alignment of a text about its point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Anchor {
     Start,
@@ -20,6 +20,7 @@ pub(crate) enum Anchor {
 }
 
 impl Anchor {
+    /// Returns the value of the attribute `text-anchor`.
     fn name(self) -> &'static str {
         match self {
             Self::Start => "start",
@@ -30,6 +31,7 @@ impl Anchor {
 }
 
 impl Canvas {
+    /// Creates an empty drawing of this width.
     pub(crate) fn new(width: f64) -> Self {
         Self {
             width,
@@ -37,11 +39,13 @@ impl Canvas {
         }
     }
 
+    /// Adds an element.
     fn raw(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
+    /// Draws a line.
     pub(crate) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         let ([x1, y1], [x2, y2]) = (from.map(num), to.map(num));
         self.raw(&format!(
@@ -49,7 +53,7 @@ impl Canvas {
         ));
     }
 
-    /// An error bar along one of the axes, with its ends across.
+    /// Draws an error bar along one of the axes, with a short line across each end.
     pub(crate) fn bar(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         self.line(class, from, to);
         let level = (from[1] - to[1]).abs() <= 0.0;
@@ -59,6 +63,7 @@ impl Canvas {
         }
     }
 
+    /// Draws a rectangle.
     pub(crate) fn rect(&mut self, class: &str, corner: [f64; 2], size: [f64; 2]) {
         let ([x, y], [width, height]) = (corner.map(num), size.map(num));
         self.raw(&format!(
@@ -66,11 +71,13 @@ impl Canvas {
         ));
     }
 
+    /// Draws the lines between consecutive points.
     pub(crate) fn polyline(&mut self, class: &str, points: &[[f64; 2]]) {
         let list = list(points, [0.0, 0.0]);
         self.raw(&format!(r#"<polyline class="{class}" points="{list}"/>"#));
     }
 
+    /// Writes a text.
     pub(crate) fn text(&mut self, class: &str, at: [f64; 2], anchor: Anchor, text: &str) {
         let ([x, y], anchor, text) = (at.map(num), anchor.name(), escape(text));
         self.raw(&format!(
@@ -78,6 +85,7 @@ impl Canvas {
         ));
     }
 
+    /// Draws a text that reads upwards.
     pub(crate) fn upright(&mut self, class: &str, at: [f64; 2], text: &str) {
         let ([x, y], text) = (at.map(num), escape(text));
         self.raw(&format!(
@@ -85,7 +93,7 @@ impl Canvas {
         ));
     }
 
-    /// A mark of one of [`palette::MARK_COUNT`] shapes; `hover` is shown as a tooltip.
+    /// Draws a mark of one of [`palette::MARK_COUNT`] shapes; `hover` is shown as a tooltip.
     pub(crate) fn mark(&mut self, class: &str, shape: usize, at: [f64; 2], hover: &str) {
         let title = if hover.is_empty() {
             String::new()
@@ -109,7 +117,7 @@ impl Canvas {
         });
     }
 
-    /// The picture, of this height.
+    /// Returns the whole SVG at this height, with the style sheet and a label for screen readers.
     pub(crate) fn finish(self, height: f64, label: &str) -> String {
         let ([width, height], label) = ([self.width, height].map(num), escape(label));
         let (style, body) = (palette::css(), self.body);
@@ -123,7 +131,7 @@ impl Canvas {
     }
 }
 
-/// Points about a place, as attributes list them.
+/// Formats points relative to a centre as an SVG attribute.
 fn list(points: &[[f64; 2]], [x, y]: [f64; 2]) -> String {
     let texts = points
         .iter()
@@ -131,7 +139,7 @@ fn list(points: &[[f64; 2]], [x, y]: [f64; 2]) -> String {
     texts.collect::<Vec<_>>().join(" ")
 }
 
-/// A five-pointed star.
+/// Returns the corners of a five-pointed star.
 fn star() -> [[f64; 2]; 10] {
     let mut corners = [[0.0; 2]; 10];
     for (index, corner) in (0_u8..).zip(&mut corners) {
@@ -142,7 +150,7 @@ fn star() -> [[f64; 2]; 10] {
     corners
 }
 
-/// Markup-safe text.
+/// Escapes text for markup, and replaces control characters by spaces.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -158,7 +166,7 @@ pub(crate) fn escape(text: &str) -> String {
     out
 }
 
-/// A coordinate to hundredths, without trailing zeros.
+/// Formats a coordinate by hundredths, without trailing zeros.
 fn num(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -166,7 +174,7 @@ fn num(value: f64) -> String {
     text.to_owned()
 }
 
-/// Roughly how wide text is at a font size, in pixels: for room, not for measure.
+/// Returns a rough width of a text at a font size, in pixels, for layout.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     0.56 * size * text.chars().count() as f64
 }

@@ -1,50 +1,53 @@
-//! Two pictures of one scene under a slider, details of them, and what is wrong with each.
+//! The comparison of two pictures of one scene: both under a slider, magnified details, and a map
+//! of the error of each.
 
 use super::{Picture, scientific};
 use crate::plots::seconds;
 use linelit_film::{Exposure, FilmError, HeatMap, Image};
 
-/// A comparison of two pictures of the same scene, and of how far each is from the truth.
+/// A comparison of two pictures of the same scene with each other and with the true picture.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The sentence that says what can be seen.
+    /// The sentence that says what is shown.
     pub lead: String,
-    /// The pictures under the slider: left of it and right of it, of one size.
+    /// The pictures under the slider, the left and the right one, of equal size.
     pub sides: [Picture; 2],
-    /// Details, magnified: of each place the left, the right and the true picture.
+    /// Magnified details: the left, the right and the true picture of each.
     pub details: Vec<[Picture; 3]>,
     /// The true picture.
     pub truth: Picture,
-    /// Distances from the true picture on one scale, of the left and of the right.
+    /// Maps of the distance of the left and of the right picture from the true one, on the same
+    /// scale.
     pub errors: [Picture; 2],
 }
 
-/// A picture and how its captions call it.
+/// A picture with its name and cost.
 #[derive(Clone, Copy, Debug)]
 pub struct Named<'a> {
-    /// Linear radiance.
+    /// The picture in linear radiance.
     pub image: &'a Image,
-    /// A few words.
+    /// The name in captions, a few words.
     pub name: &'a str,
-    /// Processor seconds that it took.
+    /// The processor seconds that it took.
     pub seconds: f64,
 }
 
-/// The longer side of the picture over the side of a detail.
+/// The ratio of the longer side of the picture to the side of a detail.
 const DETAIL: u32 = 8;
 
-/// Details of a picture.
+/// The number of details of a picture.
 const DETAILS: usize = 2;
 
-/// Share of the pixels whose error is within the scale of the map.
+/// The fraction of the pixels whose error is within the scale of the map.
 const SHOWN: f64 = 0.999;
 
-/// The scale's lower end over its upper one.
+/// The ratio of the scale's lower end to its upper one.
 const SPAN: f64 = 1e-3;
 
 impl Comparison {
-    /// The comparison of two pictures with the true one, all of one size and shown alike. The
-    /// details are where the left picture is most wrong for its brightness, as in penumbrae.
+    /// Compares two pictures with the true one; all have one size and are shown with one exposure.
+    /// The details are where the left picture is most wrong relative to the brightness, as in
+    /// penumbrae.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] for pictures without pixels or of different sizes.
@@ -55,9 +58,11 @@ impl Comparison {
             let message = "pictures of different sizes cannot be compared";
             return Err(FilmError::Invalid(message.to_owned()));
         }
-        // A tenth of the pixels are white, so that a light in the picture leaves the rest bright.
+        // Expose all pictures alike. A tenth of the pixels are white, so that a light in the
+        // picture does not make the others dark.
         let exposure = Exposure::fitting(truth.image, 0.9);
         let shown = |p: Named<'_>| Picture::exposed(p.image, exposure, p.name);
+        // Cut out the details where the left picture is most wrong.
         let side = (width.max(height) / DETAIL).clamp(1, width.min(height).max(1));
         let detail = |[x, y]: [u32; 2]| -> Result<[Picture; 3], FilmError> {
             let one = |p: Named<'_>| {
@@ -68,6 +73,7 @@ impl Comparison {
         };
         let wrong = [left, right].map(|p| distances(p.image, truth.image));
         let places = most_wrong(&relative(&wrong[0], truth.image), [width, height], side);
+        // Map both errors on the scale of the left picture's.
         let scale = scale(&wrong[0]);
         let map = |p: Named<'_>, values: &[f32]| {
             let caption = format!("{}: RMSE {}", p.name, scientific(rms(values)));
@@ -89,7 +95,7 @@ impl Comparison {
     }
 }
 
-/// Returns the root mean square over channels of the difference of two pictures at each pixel.
+/// Returns, for each pixel, the root mean square over channels of the difference of two pictures.
 fn distances(image: &Image, truth: &Image) -> Vec<f32> {
     let distance = |(a, b): (&[f32; 3], &[f32; 3])| {
         let square: f32 = a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum();
@@ -98,8 +104,8 @@ fn distances(image: &Image, truth: &Image) -> Vec<f32> {
     image.rgb.iter().zip(&truth.rgb).map(distance).collect()
 }
 
-/// Distances over the brightness of the true picture there, dark pixels counting as a tenth of the
-/// mean one.
+/// Returns errors relative to the brightness of the true picture, to which a tenth of its mean
+/// brightness is added so that dark pixels do not dominate.
 fn relative(wrong: &[f32], truth: &Image) -> Vec<f32> {
     let black = Image::new(truth.width, truth.height);
     let bright = distances(truth, &black);
@@ -112,12 +118,14 @@ fn relative(wrong: &[f32], truth: &Image) -> Vec<f32> {
         .collect()
 }
 
+/// Returns the root mean square of values.
 fn rms(values: &[f32]) -> f64 {
     let sum: f64 = values.iter().map(|v| f64::from(*v).powi(2)).sum();
     (sum / values.len().max(1) as f64).sqrt()
 }
 
-/// A scale of [`SPAN`] below what nearly all pixels stay under.
+/// Returns a logarithmic scale from [`SPAN`] times a value to that value, which nearly all pixels
+/// stay below.
 fn scale(values: &[f32]) -> HeatMap {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| *v > 0.0).collect();
     sorted.sort_by(f32::total_cmp);
@@ -134,7 +142,8 @@ fn scale(values: &[f32]) -> HeatMap {
     }
 }
 
-/// Corners of squares of this side that hold most of the squared error, apart from each other.
+/// Returns the corners of the squares of this side that contain the most squared error and are at
+/// least a side away from each other.
 fn most_wrong(wrong: &[f32], [width, height]: [u32; 2], side: u32) -> Vec<[u32; 2]> {
     let step = (side / 2).max(1);
     let ends = |length: u32| (0..=length - side).step_by(step as usize);
@@ -143,9 +152,11 @@ fn most_wrong(wrong: &[f32], [width, height]: [u32; 2], side: u32) -> Vec<[u32; 
         let row = |v| (x..x + side).map(move |u| at(u, v)).sum::<f64>();
         (y..y + side).map(row).sum()
     };
+    // Sum the squared error over squares at steps of half a side.
     let places = ends(height).flat_map(|y| ends(width).map(move |x| [x, y]));
     let mut found: Vec<([u32; 2], f64)> = places.map(|place| (place, sum(place))).collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // Take the worst squares that are not close to one taken before.
     let mut kept: Vec<[u32; 2]> = Vec::new();
     for (place, _) in found {
         let apart = |k: &[u32; 2]| (0..2).any(|a| k[a].abs_diff(place[a]) >= 2 * side);

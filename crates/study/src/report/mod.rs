@@ -1,10 +1,12 @@
-//! The report: one self-contained HTML page that a person would rather look at.
+//! The report of a study: one self-contained HTML page for people to read. Come here to build a
+//! page from pictures, plots and tables of your own.
 //!
-//! [`Report`] is the page's content, whatever the study; [`Report::of_study`] fills it from a
+//! [`Report`] is the content of any page. [`Report::of_study`] fills it from a
 //! [`StudyRecord`](crate::tables::StudyRecord): whether an estimator shows a bias, and for each
-//! scene its pictures, the error and efficiency plots, the orders beside the papers', and the
-//! tables. Nothing is loaded from elsewhere. A short script moves the slider between two pictures
-//! and sorts tables; without it both pictures stand side by side, and everything else is the same.
+//! scene its pictures, the plots of error and efficiency, the orders of convergence next to the
+//! papers' orders, and the tables. The page loads nothing from elsewhere. A short script moves the
+//! slider between two pictures and sorts tables; without it both pictures are shown side by side,
+//! and everything else is the same.
 
 mod comparison;
 mod page;
@@ -19,27 +21,28 @@ pub use crate::plots::scientific;
 use crate::tables::{commit, cpu_name};
 use linelit_film::{Exposure, FilmError, HeatMap, Image, encode_png};
 
-/// A page.
+/// The content of a page.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
-    /// Title.
+    /// The title.
     pub title: String,
-    /// Paragraphs under the title.
+    /// The paragraphs under the title.
     pub summary: Vec<String>,
-    /// The part before all others.
+    /// The section before all others.
     pub first: Option<Section>,
     /// The methods that were compared, each in words.
     pub compared: Vec<Entry>,
-    /// The parts, in order.
+    /// The sections, in order.
     pub sections: Vec<Section>,
-    /// Settings and circumstances: name and value.
+    /// The settings and circumstances: name and value.
     pub facts: Vec<(String, String)>,
     /// The command that repeats it all.
     pub command: String,
 }
 
 impl Report {
-    /// A page that says what linelit and what machine made it; without the command that did.
+    /// Creates a page that states the version of linelit and the machine that made it, without the
+    /// command.
     #[must_use]
     pub fn new(title: &str, summary: Vec<String>, sections: Vec<Section>) -> Self {
         Self {
@@ -56,21 +59,21 @@ impl Report {
     }
 }
 
-/// A name, what it means, and where more is said.
+/// A name with its meaning and sources.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Entry {
     /// The name.
     pub name: String,
     /// The meaning of the name, in a sentence or two.
     pub words: String,
-    /// Sources: how each is cited, and its address.
+    /// The sources: how each is cited, and its address.
     pub sources: Vec<(String, String)>,
 }
 
-/// A part of a page: one scene, or one figure.
+/// A section of a page: one scene, or one figure.
 #[derive(Clone, Debug, Default)]
 pub struct Section {
-    /// Heading.
+    /// The heading.
     pub title: String,
     /// One sentence under it.
     pub lead: String,
@@ -80,7 +83,7 @@ pub struct Section {
     pub pictures: Vec<Picture>,
     /// Plots, one below the other.
     pub plots: Vec<Plot>,
-    /// Tables; those without rows are not shown.
+    /// Tables; tables without rows are not shown.
     pub tables: Vec<Table>,
     /// Remarks.
     pub notes: Vec<String>,
@@ -91,18 +94,19 @@ pub struct Section {
 pub struct Picture {
     /// The bytes of a PNG file.
     pub png: Vec<u8>,
-    /// Width in pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Height in pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// Caption below the picture.
+    /// The caption below the picture.
     pub caption: String,
-    /// The scale's ends, for a false-colour picture.
+    /// The scale of a false-colour picture.
     pub scale: Option<HeatMap>,
 }
 
 impl Picture {
-    /// A picture in linear radiance with a given exposure, so that several can be compared.
+    /// Creates a picture from linear radiance with a given exposure, so that several pictures can
+    /// be compared.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] for a picture without pixels.
@@ -116,7 +120,7 @@ impl Picture {
         })
     }
 
-    /// One number per pixel in false colour, with its scale.
+    /// Creates a picture in false colour from one number per pixel, with its scale.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] when there is not one value per pixel.
@@ -142,25 +146,25 @@ impl Picture {
 pub struct Plot {
     /// The SVG, as [`crate::plots`] makes it.
     pub svg: String,
-    /// Caption below the plot.
+    /// The caption below the plot.
     pub caption: String,
 }
 
 /// A table.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// Caption above the table.
+    /// The caption above the table.
     pub caption: String,
-    /// Headings.
+    /// The headings.
     pub columns: Vec<String>,
-    /// Rows of as many cells.
+    /// The rows, each with one cell per column.
     pub rows: Vec<Vec<Cell>>,
-    /// Whether the table is behind a line that opens on a click.
+    /// Whether the table is hidden until its caption is clicked.
     pub folded: bool,
 }
 
 impl Table {
-    /// A table that is not folded.
+    /// Creates a table that is not folded.
     #[must_use]
     pub fn new<'a>(
         caption: impl Into<String>,
@@ -181,18 +185,18 @@ impl Table {
 pub struct Cell {
     /// The visible text.
     pub text: String,
-    /// Numbers stand to the right.
+    /// Whether the cell is aligned to the right, as numbers are.
     pub numeric: bool,
-    /// The best of its kind, or otherwise to be noticed.
+    /// Whether the cell is emphasized, for example because it is the best of its column.
     pub strong: bool,
-    /// Text shown on hovering.
+    /// The text shown on hovering.
     pub hover: String,
-    /// The number that tables are sorted by, if it is one.
+    /// The number by which tables are sorted, if there is one.
     pub value: Option<f64>,
 }
 
 impl Cell {
-    /// Words.
+    /// Creates a cell of words.
     #[must_use]
     pub fn text(text: impl Into<String>) -> Self {
         Self {
@@ -201,7 +205,8 @@ impl Cell {
         }
     }
 
-    /// A number, already written out; sorted by what it reads as, if it does.
+    /// Creates a cell of a number that is already formatted. It is sorted by the number that the
+    /// text reads as, if it does.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
         let text = text.into();
@@ -213,7 +218,7 @@ impl Cell {
         }
     }
 
-    /// A number as [`scientific`] writes it.
+    /// Creates a cell of a number in the notation of [`scientific`].
     #[must_use]
     pub fn scientific(value: f64) -> Self {
         Self::number(scientific(value)).sorted_by(value)
@@ -296,7 +301,7 @@ mod tests {
         assert_eq!(html.matches("<script").count(), 1, "ours alone");
         assert!(html.contains("&lt;script&gt;alert(1)"));
         assert!(html.contains(r#"<a href="https://doi.org/10.1111/x">A &amp; B 2016</a>"#));
-        // A link goes elsewhere when it is followed; nothing else does.
+        // Only links refer to other addresses.
         let rest = html.replace(r#"<a href="https://"#, "");
         for loading in [
             "http://", "https://", "@import", "url(", "src=\"h", "fetch(",

@@ -1,4 +1,4 @@
-//! HTML and CSS.
+//! The HTML and CSS of a report. Each function returns the markup of one kind of element.
 
 use base64::{Engine as _, prelude::BASE64_STANDARD as STANDARD};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -8,11 +8,11 @@ use crate::plots::short;
 
 const CSS: &str = include_str!("style.css");
 
-/// The script for the sliders and for sorting tables; the page is complete without it.
+/// The script that moves the sliders and sorts tables; the page is complete without it.
 const SCRIPT: &str = include_str!("script.js");
 
 impl Report {
-    /// The page.
+    /// Returns the page as HTML.
     #[must_use]
     pub fn render(&self) -> String {
         html! {
@@ -45,6 +45,7 @@ impl Report {
         .into_string()
     }
 
+    /// The title, the summary, and links to the sections.
     fn head(&self) -> Markup {
         html! {
             p.brand { "linelit" }
@@ -64,6 +65,7 @@ impl Report {
         }
     }
 
+    /// The section that says by which command, version and settings the page was made.
     fn circumstances(&self) -> Markup {
         html! {
             section #circumstances {
@@ -82,6 +84,7 @@ impl Report {
     }
 }
 
+/// A list of names with their meanings and sources.
 fn entries(list: &[Entry]) -> Markup {
     html! {
         dl.entries {
@@ -100,6 +103,7 @@ fn entries(list: &[Entry]) -> Markup {
     }
 }
 
+/// Two pictures under a slider, the details below it, and the maps of the errors.
 fn comparison(part: &Comparison) -> Markup {
     let [left, right] = &part.sides;
     html! {
@@ -129,6 +133,7 @@ fn comparison(part: &Comparison) -> Markup {
     }
 }
 
+/// A section with its pictures, plots, tables and notes.
 fn section(id: &str, part: &Section) -> Markup {
     html! {
         section id=(id) {
@@ -152,6 +157,8 @@ fn section(id: &str, part: &Section) -> Markup {
     }
 }
 
+/// A picture with its scale and caption. The style sheet magnifies small pictures, and lets a large
+/// one take the whole width if it is alone.
 fn figure(picture: &Picture) -> Markup {
     let small = picture.width.max(picture.height) <= 128;
     let wide = picture.width >= 512;
@@ -170,7 +177,7 @@ fn figure(picture: &Picture) -> Markup {
     }
 }
 
-/// A scale's end: few digits, whatever its size.
+/// Formats an end of a scale with few digits.
 fn end(value: f64) -> String {
     if value.abs() >= 0.01 || value.abs() <= 0.0 {
         short(value).replace('-', "−")
@@ -179,6 +186,7 @@ fn end(value: f64) -> String {
     }
 }
 
+/// A picture that is embedded in the page.
 fn image(picture: &Picture, class: &str) -> Markup {
     let source = format!("data:image/png;base64,{}", STANDARD.encode(&picture.png));
     html! {
@@ -187,6 +195,7 @@ fn image(picture: &Picture, class: &str) -> Markup {
     }
 }
 
+/// A table under its caption; a folded one appears on a click on the caption.
 fn folded(content: &Table) -> Markup {
     if content.folded {
         return html! {
@@ -204,12 +213,14 @@ fn folded(content: &Table) -> Markup {
     }
 }
 
-/// Wraps content that may be wider than the page: a keyboard reaches it, and its arrows move it.
+/// Wraps content that may be wider than the page, so that it can be reached and scrolled by the
+/// keyboard.
 fn scroll(name: &str, content: &Markup) -> Markup {
     let name = if name.is_empty() { "wide" } else { name };
     html! { div.scroll tabindex="0" role="group" aria-label=(name) { (content) } }
 }
 
+/// A table. A column is aligned to the right if its first cell is numeric.
 fn table(content: &Table) -> Markup {
     let numeric = |column: usize| {
         content
@@ -218,7 +229,8 @@ fn table(content: &Table) -> Markup {
             .and_then(|row| row.get(column))
             .is_some_and(|cell| cell.numeric)
     };
-    // Rows of words are read one by one: on narrow pages each is a list of cells with headings.
+    // Rows that are mostly words are read one by one: on narrow pages each becomes a list of cells
+    // with headings.
     let numbers = (0..content.columns.len()).filter(|k| numeric(*k)).count();
     let is_words = 2 * numbers < content.columns.len();
     html! {
@@ -243,8 +255,9 @@ fn table(content: &Table) -> Markup {
     }
 }
 
+/// A cell of a table, with the heading that it shows on narrow pages.
 fn cell(cell: &Cell, heading: Option<&String>) -> Markup {
-    // Sentences break into lines, so that the columns after them stay in sight.
+    // Long texts may break into lines, so that the columns after them stay in sight.
     const NAME: usize = 40;
     let class = [
         cell.numeric.then_some("n"),
@@ -258,7 +271,7 @@ fn cell(cell: &Cell, heading: Option<&String>) -> Markup {
     html! { td class=(class) title=[hover] data-v=[value] data-h=[heading] { (cell.text) } }
 }
 
-/// The style sheet, with the false-colour scale as a gradient.
+/// Returns the style sheet, with the false-colour scale as a gradient.
 fn css() -> String {
     let stops: Vec<String> = (0..=8)
         .map(|k| {

@@ -1,4 +1,5 @@
-//! From a convergence study to its page.
+//! The page of a convergence study, made from its record: for each scene the plots, the tables and
+//! the pictures.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use crate::plots::{self, Palette, seconds, short, signed};
 use crate::tables::{ResultRow, SceneRecord, SlopeRow, StudyRecord};
 use linelit_elementary::pow;
 
-/// The parts of a page beside the numbers of its record.
+/// The parts of a page that a record does not contain: pictures, and words about estimators.
 #[derive(Clone, Debug, Default)]
 pub struct Exhibits {
     /// Pictures, by the scenes' short names.
@@ -19,13 +20,15 @@ pub struct Exhibits {
 }
 
 impl Report {
-    /// The page of a convergence study.
+    /// Creates the page of a convergence study.
     #[must_use]
     pub fn of_study(record: &StudyRecord, mut exhibits: Exhibits) -> Self {
+        // Compare times on the processor with the most rows.
         let palette = palette(record);
         let processors = record.processors();
         let first = processors.first().copied().unwrap_or_default();
         let timed = &record.timed_on(first);
+        // A section for each scene.
         let mut sections: Vec<Section> = timed
             .scenes
             .iter()
@@ -35,6 +38,7 @@ impl Report {
                 ..section(timed, scene, &palette)
             })
             .collect();
+        // The verdicts come first, the times on other processors last.
         let verdicts = Verdict::all(timed);
         let first = (!verdicts.is_empty()).then(|| Section {
             title: "In short".to_owned(),
@@ -44,6 +48,7 @@ impl Report {
         for other in processors.iter().skip(1) {
             sections.extend(times_on(record, other, &palette));
         }
+        // The summary lists what is missing, and tests for biases.
         let unfinished = ["", " (unfinished)"][usize::from(record.unfinished)];
         let mut summary = record.left_out_sentences();
         summary.extend(bias(timed));
@@ -59,12 +64,15 @@ impl Report {
     }
 }
 
+/// Returns the colours of a study's estimators.
 fn palette(record: &StudyRecord) -> Palette {
     Palette::new(record.rows.iter().map(|row| row.estimator.as_str()))
 }
 
-/// Returns the section of times measured on a processor that did not time most of the study.
+/// Returns the section of times that were measured on a processor other than the study's main one;
+/// `None` if it took no times.
 fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<Section> {
+    // Keep the rows and scenes of that processor.
     let mut own = record.timed_on(processor);
     own.rows.retain(|row| row.processor == processor);
     own.rows.iter().find(|row| row.cpu_seconds > 0.0)?;
@@ -88,9 +96,8 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
     })
 }
 
-/// The plots of a study by the names under which they are stored: `SCENE-samples.svg`,
-/// `SCENE-time.svg`, `SCENE-efficiency.svg`. Times are those of the processor that most
-/// measurements ran on.
+/// Returns the plots of a study by the names of their files: `SCENE-samples.svg`, `SCENE-time.svg`,
+/// `SCENE-efficiency.svg`. Times are taken from the processor that ran the most measurements.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let first = record.processors().first().copied().unwrap_or_default();
@@ -105,11 +112,12 @@ pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     files
 }
 
-/// A name without what file systems mind.
+/// Replaces the characters of a name that file systems may refuse.
 fn file_name(name: &str) -> String {
     name.replace(|c: char| !(c.is_alphanumeric() || "-_.".contains(c)), "-")
 }
 
+/// Returns the three plots of a scene with the names of their kinds.
 fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> [(&'static str, Plot); 3] {
     let rows = &record.rows;
     let plot = |svg: String, caption: &str| Plot {
@@ -138,7 +146,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> [(&'stat
     ]
 }
 
-/// The sentence that says what efficiencies on a scene are relative to.
+/// Returns the sentence that says what the efficiencies on a scene are relative to.
 fn efficiency_words(rows: &[ResultRow], scene: &str) -> String {
     let Some(unit) = ResultRow::unit_of_efficiency(rows, scene) else {
         return String::new();
@@ -156,11 +164,13 @@ fn efficiency_words(rows: &[ResultRow], scene: &str) -> String {
     )
 }
 
+/// Returns the measurements on a scene.
 fn rows_of<'a>(record: &'a StudyRecord, scene: &SceneRecord) -> Vec<&'a ResultRow> {
     let rows = record.rows.iter();
     rows.filter(|row| row.scene == scene.scene).collect()
 }
 
+/// Returns the section of a scene, without pictures.
 fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Section {
     let plots = scene_plots(record, &scene.scene, palette);
     Section {
@@ -175,8 +185,9 @@ fn section(record: &StudyRecord, scene: &SceneRecord, palette: &Palette) -> Sect
     }
 }
 
+/// Returns the sentence on the size and set-up times of a scene.
 fn lead(scene: &SceneRecord) -> String {
-    // A problem that is no scene.
+    // The problem is not a scene.
     if scene.triangles == 0 {
         return String::new();
     }
@@ -190,7 +201,7 @@ fn lead(scene: &SceneRecord) -> String {
     )
 }
 
-/// Whole numbers with thin spaces between thousands.
+/// Formats a whole number with thin spaces between thousands.
 fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut out = String::new();
@@ -203,12 +214,14 @@ fn grouped(number: usize) -> String {
     out
 }
 
-/// One row for each estimator and sampler at its largest number of samples. What has no noise by
-/// any sampler has one row.
+/// Returns the table of all estimators and samplers at the largest number of samples. An estimator
+/// without noise by any sampler has one row for all samplers.
 fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let rows = rows_of(record, scene);
     let most = rows.iter().map(|row| row.samples).max().unwrap_or(0);
     let last = || rows.iter().copied().filter(|row| row.samples == most);
+    // Find the best value of each column, the unit of efficiency, and the error that is to be
+    // reached.
     let smallest = COMPARED.map(|value| {
         let noisy = last().filter(|row| !row.is_noiseless());
         let positive = noisy.map(value).filter(|v| *v > 0.0);
@@ -217,6 +230,7 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let unit = ResultRow::unit_of_efficiency(&record.rows, &scene.scene);
     let unit = unit.map_or(f64::NAN, ResultRow::cost);
     let target = PERCENT * scene.power.sqrt();
+    // A row for each estimator and sampler.
     let mut body: Vec<Vec<Cell>> = Vec::new();
     for row in last() {
         let own: Vec<&ResultRow> = last().filter(|r| r.estimator == row.estimator).collect();
@@ -245,14 +259,14 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     Table::new(caption, columns.split(','), body)
 }
 
-/// The relative error for which times are reported.
+/// The error for which times are reported, relative to the root mean square of the reference.
 const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
 const COMPARED: [fn(&ResultRow) -> f64; 3] = [|row| row.mse, |row| row.mrse, ResultRow::cost];
 
-/// The cells from the error up to the efficiency, for the unit's cost; the least values of the
-/// table are marked.
+/// Returns the cells RMSE, MRSE, time and efficiency of a row, where efficiency is `unit` over the
+/// row's cost. The least values of the table, `least`, are emphasized.
 fn errors(row: &ResultRow, least: [f64; 3], unit: f64) -> [Cell; 4] {
     let [mse, mrse, cost] = COMPARED.map(|value| value(row));
     let spread = format!("MSE {} ± {}", scientific(mse), scientific(row.mse_stderr));
@@ -277,6 +291,7 @@ fn errors(row: &ResultRow, least: [f64; 3], unit: f64) -> [Cell; 4] {
     ]
 }
 
+/// Returns the table of a scene's orders of convergence.
 fn orders(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let own = record.slopes.iter().filter(|s| s.scene == scene.scene);
     let columns = "estimator,sampler,samples,order,95 %,last slope,lack of fit,paper";
@@ -287,6 +302,7 @@ fn orders(record: &StudyRecord, scene: &SceneRecord) -> Table {
     Table::new(caption, columns.split(','), own.map(|s| order(s).into()))
 }
 
+/// Returns a row of the table of orders.
 fn order(s: &SlopeRow) -> [Cell; 8] {
     let dash = || "–".to_owned();
     let (fit, paper) = (s.fit, s.paper_order.map(|p| signed(p, 3)));
@@ -306,12 +322,13 @@ fn order(s: &SlopeRow) -> [Cell; 8] {
     ]
 }
 
-/// The interval of an order, if there is one.
+/// Formats the interval of an order, if there is one.
 fn interval(row: &SlopeRow) -> Option<String> {
     let ends = Some([row.fit.ci_low, row.fit.ci_high]).filter(|e| e.iter().all(|v| v.is_finite()));
     ends.map(|[low, high]| format!("[{}, {}]", signed(low, 3), signed(high, 3)))
 }
 
+/// Returns the cell of a time, or of a dash if it was not measured on the processor of the table.
 fn time(row: &ResultRow) -> Cell {
     if row.cpu_seconds.is_nan() {
         return Cell::number("–").hover(format!("on {}", row.processor));
@@ -320,7 +337,7 @@ fn time(row: &ResultRow) -> Cell {
     text.hover(format!("± {}", error_of_time(row)))
 }
 
-/// A dash where it is not known.
+/// Formats the error of a time, or a dash where it is not known.
 fn error_of_time(row: &ResultRow) -> String {
     if row.cpu_error > 0.0 {
         seconds(row.cpu_error)
@@ -329,6 +346,7 @@ fn error_of_time(row: &ResultRow) -> String {
     }
 }
 
+/// Returns the folded table of all measurements on a scene.
 fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let rows = rows_of(record, scene);
     let body = rows.iter().map(|row| {
@@ -361,17 +379,19 @@ fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     }
 }
 
-/// The trials from which on a bias is spoken of.
+/// The least number of trials from which a bias is tested: fewer say little about their own spread.
 const LEAST_TRIALS: u32 = 8;
 
-/// The least likely of all biases of a study, in a sentence; none where nothing was tested.
+/// Returns a sentence on the least likely of all biases of a study; `None` if no bias could be
+/// tested.
 fn bias(record: &StudyRecord) -> Option<String> {
-    // Fewer trials tell little of their own spread.
+    // Test each measurement with enough trials.
     let rows = record.rows.iter().filter(|row| row.trials >= LEAST_TRIALS);
     let tests = rows.filter_map(|row| Some((row.bias_test()?, row)));
     let tests: Vec<([f64; 2], &ResultRow)> = tests.collect();
     let ([z, p], row) = tests.iter().min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
-    // Šidák: the smallest of `count` independent p values is below p by chance this often.
+    // Correct for the number of tests (Šidák): the smallest of `count` independent p values is this
+    // small by chance that often.
     let count = tests.len();
     let chance = 1.0 - pow(1.0 - p, count as f64);
     Some(format!(
@@ -388,6 +408,7 @@ fn bias(record: &StudyRecord) -> Option<String> {
     ))
 }
 
+/// Returns remarks on a scene: which measurements were left out, and how good its reference is.
 fn notes(record: &StudyRecord, scene: &SceneRecord) -> Vec<String> {
     let mut notes: Vec<String> = record.left_out_of(&scene.scene).into_iter().collect();
     if !scene.reference.is_empty() {
@@ -406,6 +427,7 @@ fn notes(record: &StudyRecord, scene: &SceneRecord) -> Vec<String> {
     notes
 }
 
+/// Returns the settings and circumstances of a study that are not empty.
 fn facts(record: &StudyRecord) -> Vec<(String, String)> {
     let own = [
         ("version", record.version.clone()),

@@ -1,43 +1,47 @@
-//! What a study says first: what points cost for the error of lines.
+//! The verdict of a study, which its report states first: the time that points need to reach the
+//! error of lines.
 
 use super::{Cell, Table, scientific};
 use crate::plots::{seconds, short};
 use crate::tables::{Family, ResultRow, StudyRecord};
 use std::collections::BTreeSet;
 
-/// The samples of lines whose error others are held to, unless all counts are smaller.
+/// The number of lines whose error points are compared with. If it was not measured, the next
+/// smaller measured number takes its place.
 const LINES: u32 = 16;
 
-/// The best lines of a scene at one number of samples, and what reaches their error else.
+/// The best lines of a scene at one number of samples, and the times in which points and noiseless
+/// estimators reach their error.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// The scene.
     pub scene: String,
-    /// The lines' estimator and pattern.
+    /// The estimator and sampler of the lines.
     pub estimator: String,
-    /// Their number of samples.
+    /// The number of lines.
     pub samples: u32,
-    /// Their root mean squared error.
+    /// The root mean squared error of the lines.
     pub error: f64,
-    /// Processor seconds of a trial by them.
+    /// The processor seconds of a trial of the lines.
     pub time: f64,
-    /// The best points: their estimator, and processor seconds to the same error; `None` if none
-    /// of their numbers of samples reaches it.
+    /// The best points: their estimator, and the processor seconds in which they reach the same
+    /// error; `None` if they do not reach it at any number of samples.
     pub points: Option<(String, f64)>,
-    /// Processor seconds of the fastest estimator without noise.
+    /// The processor seconds of the fastest estimator without noise.
     pub exact: Option<f64>,
 }
 
 impl Verdict {
-    /// One for each scene that has lines with noise, in addition to points. Estimators that are not
-    /// linelit's are neither.
+    /// Returns a verdict for each scene on which lines with noise were timed. Estimators that are
+    /// not linelit's count neither as lines nor as points.
     #[must_use]
     pub fn all(record: &StudyRecord) -> Vec<Self> {
         let scenes = record.scenes.iter();
         scenes.filter_map(|s| Self::of(record, &s.scene)).collect()
     }
 
-    /// At the most lines, up to [`LINES`], whose error points reach; else at the most lines.
+    /// Returns the verdict at the largest number of lines, up to [`LINES`], whose error points
+    /// reach; or at the largest number up to it, if points reach none.
     fn of(record: &StudyRecord, scene: &str) -> Option<Self> {
         let rows = record.rows.iter().filter(|row| row.scene == scene);
         let counts: BTreeSet<u32> = rows.map(|row| row.samples).collect();
@@ -50,13 +54,17 @@ impl Verdict {
         Some(all.find(|fewer| fewer.points.is_some()).unwrap_or(most))
     }
 
+    /// Returns the verdict at one number of lines; `None` if no lines with noise were timed with
+    /// it.
     fn at(record: &StudyRecord, scene: &str, samples: u32) -> Option<Self> {
+        // Find the most efficient lines.
         let rows = || record.rows.iter().filter(|row| row.scene == scene);
         let is_noisy = |row: &&ResultRow| !row.is_noiseless() && row.mse > 0.0;
         let is_lines = |row: &&ResultRow| row.family() == Some(Family::Lines);
         let lines = rows().filter(is_lines).filter(is_noisy);
         let timed = lines.filter(|row| row.samples == samples && row.cpu_seconds > 0.0);
         let best = timed.min_by(|a, b| a.cost().total_cmp(&b.cost()))?;
+        // Find the points that reach their error first, and the fastest estimator without noise.
         let error = best.mse.sqrt();
         let points = rows().filter(|row| row.is_points());
         let reached = points.filter_map(|row| {
@@ -75,11 +83,11 @@ impl Verdict {
         })
     }
 
-    /// The names of [`Verdict::cells`].
+    /// The headings of [`Verdict::cells`], separated by commas.
     pub const COLUMNS: &'static str =
         "scene,lines,RMSE,their time,best points,time to that RMSE,ratio,no noise in";
 
-    /// The verdict in words and numbers.
+    /// Returns the verdict as the cells of a table.
     #[must_use]
     pub fn cells(&self) -> [String; 8] {
         let dash = || "–".to_owned();
@@ -99,7 +107,7 @@ impl Verdict {
         ]
     }
 
-    /// A table of all of them, and a sentence.
+    /// Returns the table of all verdicts, under a sentence that explains it.
     pub(super) fn table(all: &[Self]) -> Table {
         let rows = all.iter().map(|v| v.cells().map(Cell::text).to_vec());
         let caption = "What the best points take to reach the error of the best lines. A ratio above one \

@@ -1,28 +1,31 @@
-//! The time budget of a study: what fits into it is decided before each unit begins.
+//! The time budget of a study: before each unit it is decided whether the result that the unit
+//! belongs to fits into the remaining time.
 
 use super::{Piece, PlannedUnit, SceneUnit};
 use crate::engine::Unit;
 use std::mem::discriminant;
 
-/// What of a study fits into some seconds.
+/// A budget of some seconds for the units of a study.
 ///
-/// A unit is begun only if the whole result that it is a part of (a measurement with the reference
-/// that it is held to, a picture) is expected to end in time, by the guesses of the plan and the
-/// speed so far. Every view has its share of the time, and what the views before it left; its
-/// pictures have theirs of that if it is not much.
+/// A unit is begun only if the whole result that it belongs to is expected to end in time,
+/// according to the plan's estimates and the speed so far. A result is a measurement together with
+/// its reference, or a picture. Each view has an equal part of the time, in addition to what the
+/// views before it did not use. If its pictures are expected to take at most a quarter of its part,
+/// measurements leave time for them.
 #[derive(Debug)]
 pub struct TimeBudget {
     units: Vec<PlannedUnit>,
     seconds: f64,
     threads: f64,
-    /// When the first unit was begun.
+    /// The time when the first unit was begun.
     begun: Option<f64>,
-    /// The guessed seconds of the units that were begun.
+    /// The estimated seconds of the units that were begun.
     guessed: f64,
     left_out: Vec<bool>,
 }
 
-/// Why something is left out, in seconds: what it would take, and what is left for it.
+/// The reason why a unit is left out: the seconds that it would take, and the seconds that are
+/// left.
 #[derive(Clone, Copy, Debug)]
 pub struct Shortage {
     /// The expected seconds.
@@ -33,15 +36,15 @@ pub struct Shortage {
     pub is_first: bool,
 }
 
-/// The part of a view's time that is set aside for its pictures at most.
+/// The largest part of a view's time that is set aside for its pictures.
 const PICTURES: f64 = 0.25;
 
-/// The speed is first expected to be the plan's, as if one second had passed by it.
+/// The weight of the speed that the plan assumes: it counts like one second of measured time.
 const PRIOR_SECONDS: f64 = 1.0;
 
 impl TimeBudget {
-    /// A budget of some seconds from now on, for units that are computed one at a time, in their
-    /// order, on all of some threads.
+    /// Creates a budget of some seconds from now on, for units that are computed one at a time, in
+    /// their order, on this many threads.
     #[must_use]
     pub fn new(units: Vec<PlannedUnit>, seconds: f64, threads: usize) -> Self {
         Self {
@@ -54,8 +57,8 @@ impl TimeBudget {
         }
     }
 
-    /// Begins a unit so many seconds after the budget was made; to be called for those that have to
-    /// be computed, in their order.
+    /// Begins a unit, `now` seconds after the budget was made, or leaves it out. Call it for the
+    /// units that have to be computed, in their order.
     ///
     /// # Errors
     /// If it is left out.
@@ -63,14 +66,15 @@ impl TimeBudget {
         let Some(unit) = self.units.get(number) else {
             return Ok(());
         };
-        // Everything up to the next whole result has to fit.
+        // Estimate the time up to the end of the whole result.
         let end = (number..self.units.len()).find(|k| self.ends_result(*k));
         let result = number..=end.unwrap_or(number);
         let cost: f64 = self.units[result].iter().map(|u| u.seconds).sum();
         let speed = self.seconds_per_guess(now);
+        // The view's part of the time.
         let [begin, end] = [0, 1].map(|k| self.share_until(unit.unit.view + k));
         let mut expected = speed * cost;
-        // Pictures come last, and have their part of the time if they do not need much of it.
+        // Set time aside for the pictures, which come last, if they do not need much of it.
         if matches!(unit.unit.piece, Piece::Errors(_)) {
             let own = self.units.iter().filter(|u| u.unit.view == unit.unit.view);
             let pictures = own.filter(|u| !matches!(u.unit.piece, Piece::Errors(_)));
@@ -79,12 +83,14 @@ impl TimeBudget {
                 expected += pictures;
             }
         }
+        // Begin the unit if it fits and all that it needs was computed.
         let left = (end - now).max(0.0);
         if expected <= left && !self.lacks(number) {
             self.begun.get_or_insert(now);
             self.guessed += unit.seconds;
             return Ok(());
         }
+        // Leave it out otherwise.
         let kind = |k: usize| {
             let SceneUnit { view, piece } = &self.units[k].unit;
             (*view, discriminant(piece))
@@ -98,20 +104,20 @@ impl TimeBudget {
         })
     }
 
-    /// Seconds on the wall for a guessed second of one thread.
+    /// Returns the expected seconds on the wall for an estimated second of one thread.
     fn seconds_per_guess(&self, now: f64) -> f64 {
         let passed = self.begun.map_or(0.0, |begun| now - begun);
         (passed + PRIOR_SECONDS) / (self.guessed + PRIOR_SECONDS * self.threads)
     }
 
-    /// When the time of the views before this one ends.
+    /// Returns the time at which the views before this one should be finished.
     fn share_until(&self, view: usize) -> f64 {
         let views = self.units.last().map_or(1, |last| last.unit.view + 1);
         self.seconds * view as f64 / views as f64
     }
 
-    /// Whether a result is whole once this unit is done: measurements follow their reference, and
-    /// those that are cut come block by block.
+    /// Returns whether this unit completes a result. A measurement comes after its reference, and
+    /// the blocks of a measurement that is cut follow one another.
     fn ends_result(&self, number: usize) -> bool {
         match &self.units[number].unit.piece {
             Piece::Errors(Unit::Reference { .. }) | Piece::GalleryReference(_) => false,
@@ -123,12 +129,12 @@ impl TimeBudget {
         }
     }
 
-    /// Whether another part of the same result, or of its reference, was left out.
+    /// Returns whether another part of the same result, or of its reference, was left out.
     fn lacks(&self, number: usize) -> bool {
         let before = number.checked_sub(1);
         let broken = before.is_some_and(|k| self.left_out[k] && !self.ends_result(k));
         let unit = &self.units[number];
-        // The pictures of a scene go by what was measured.
+        // The picture of a scene is made from the measurements that there are.
         let needs_all = unit.unit.piece != Piece::Exhibit;
         broken || needs_all && unit.needs.clone().any(|k| self.left_out[k])
     }
@@ -139,8 +145,8 @@ mod tests {
     use super::*;
     use std::ops::Range;
 
-    /// A view whose reference takes twice 2 s, which has measurements of 1 s, three times 2 s and
-    /// 1 s, and a picture of 1 s.
+    /// Returns the units of a view: a reference of two units of 2 s; measurements of 1 s, of three
+    /// units of 2 s, and of 1 s; and a picture of 1 s.
     fn view(view: usize, first: usize) -> Vec<PlannedUnit> {
         let reference = |round| {
             Piece::Errors(Unit::Reference {
@@ -170,8 +176,8 @@ mod tests {
         pieces.map(unit).into()
     }
 
-    /// The units that are begun on two threads if each takes so many times its guess, and when the
-    /// last one ends.
+    /// Returns the units that are begun on two threads if each takes `slow` times its estimate, and
+    /// the time when the last one ends.
     fn run(units: &[PlannedUnit], seconds: f64, slow: f64) -> (Vec<usize>, f64) {
         let mut budget = TimeBudget::new(units.to_vec(), seconds, 2);
         let (mut begun, mut now) = (Vec::new(), 0.0);
@@ -188,16 +194,16 @@ mod tests {
     fn results_are_begun_only_if_all_of_them_fits() {
         let units = view(0, 0);
         let all: Vec<usize> = (0..8).collect();
-        // 13 s of one thread are 6.5 of two.
+        // 13 s of one thread are 6.5 s of two.
         assert_eq!(run(&units, 6.5, 1.0), (all, 6.5));
-        // The measurement of three blocks is left out, what is shorter is not.
+        // The measurement of three blocks is left out, shorter ones are not.
         assert_eq!(run(&units, 5.9, 1.0), (vec![0, 1, 2, 6, 7], 3.5));
-        // Reference, shortest measurement and picture take 3 s, and no part of the first two is
-        // begun in less.
+        // The reference, the shortest measurement and the picture take 3 s; in less time, no unit
+        // of the first two is begun.
         assert_eq!(run(&units, 3.0, 1.0), (vec![0, 1, 2, 7], 3.0));
         assert_eq!(run(&units, 2.9, 1.0), (vec![7], 0.5));
         assert_eq!(run(&units, 0.0, 1.0), (vec![], 0.0));
-        // Three times as slow as guessed: seen after the first part of the reference.
+        // Units are three times as slow as estimated, which is known after the first one.
         assert_eq!(run(&units, 3.9, 3.0), (vec![0], 3.0));
     }
 
@@ -207,7 +213,8 @@ mod tests {
         let (begun, end) = run(&units, 7.0, 1.0);
         assert_eq!(begun, [0, 1, 2, 6, 7, 8, 9, 10, 14, 15]);
         assert!(end <= 7.0);
-        // However wrong the guesses are, by the unit in hand at most; its 2 s are of two threads.
+        // However wrong the estimates are, the time is exceeded by at most the current unit, whose
+        // 2 s are on two threads.
         for tenths in 0..200 {
             for slow in [0.2, 1.0, 1.5, 3.0, 10.0] {
                 let seconds = 0.1 * f64::from(tenths);

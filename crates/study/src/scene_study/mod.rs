@@ -1,4 +1,5 @@
-//! Convergence studies of scenes: our integrator as what `linelit-study` measures.
+//! Convergence studies of scenes: the integrals of [`Targets`] are the pixels of linelit's own
+//! integrator.
 
 mod budget;
 mod pictures;
@@ -20,19 +21,19 @@ use linelit_film::{Image, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Spheres, Window, Workspace};
 
-/// The shading points of a picture: found once, estimated many times.
+/// The shading points of a picture, which are found once and estimated many times.
 #[derive(Debug)]
 pub struct Targets<'a> {
-    /// The renderer of their scene.
+    /// The renderer of the scene.
     pub renderer: &'a Renderer<'a>,
-    /// The pixels with something to shade, and where their rays meet the scene.
+    /// The pixels whose rays meet a surface to shade, with the shading points.
     pub points: Vec<([u32; 2], ShadingPoint)>,
-    /// Number of pixels that were asked for.
+    /// The number of pixels that [`Targets::find`] was given.
     pub pixels: usize,
 }
 
 impl<'a> Targets<'a> {
-    /// Shoots one ray through the centre of each pixel.
+    /// Finds the shading points by one ray through the centre of each pixel.
     #[must_use]
     pub fn find(renderer: &'a Renderer<'a>, pixels: &[[u32; 2]]) -> Self {
         let mut workspace = Workspace::new();
@@ -47,14 +48,14 @@ impl<'a> Targets<'a> {
         }
     }
 
-    /// Returns the reference that errors are measured by: closed forms along lines where every
-    /// material has them, else lines and BSDF samples combined.
+    /// Returns the method of the reference: closed forms along lines where every material has them,
+    /// otherwise lines combined with BSDF samples.
     #[must_use]
     pub fn truth(&self, spheres: Spheres) -> Truth<Settings> {
         Truth::Computed(spec::method(self.true_settings(spheres)))
     }
 
-    /// The settings of [`Targets::truth`].
+    /// Returns the settings of the method of [`Targets::truth`].
     #[must_use]
     pub fn true_settings(&self, spheres: Spheres) -> Settings {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());
@@ -72,7 +73,8 @@ impl<'a> Targets<'a> {
 }
 
 impl Problem for Targets<'_> {
-    /// Samples and seed are those of [`Problem::estimate`], whatever stands here.
+    /// The settings of an estimator. Samples and seed in them are ignored: [`Problem::estimate`]
+    /// has its own.
     type Settings = Settings;
     type Workspace = Workspace;
 
@@ -115,14 +117,14 @@ impl Problem for Targets<'_> {
     }
 }
 
-/// All pixels of an image, row by row.
+/// Returns all pixels of an image, row by row.
 #[must_use]
 pub fn all_pixels(width: u32, height: u32) -> Vec<[u32; 2]> {
     let row = |y| (0..width).map(move |x| [x, y]);
     (0..height).flat_map(row).collect()
 }
 
-/// The pixels of a part of a picture.
+/// Returns the pixels of a part of a picture.
 #[must_use]
 pub fn window(tile: Tile) -> Window {
     Window {
@@ -131,8 +133,8 @@ pub fn window(tile: Tile) -> Window {
     }
 }
 
-/// Renders a part of a picture on the threads of the current pool; the sum of what was counted
-/// stands beside it.
+/// Renders a part of a picture on the threads of the current pool, and returns it with the sum of
+/// all counts.
 #[must_use]
 pub fn render(
     renderer: &Renderer<'_>,
@@ -146,7 +148,8 @@ pub fn render(
     (image(tile, rgb), counts)
 }
 
-/// Renders a part of a picture with any function of a pixel.
+/// Renders a part of a picture by any function of a pixel, and returns it with the sum of all
+/// counts.
 pub fn map(
     tile: Tile,
     progress: &ProgressBar,
@@ -165,6 +168,7 @@ pub fn map(
     (image(tile, rgb), counts)
 }
 
+/// Makes an image from the values of a part of a picture.
 fn image(tile: Tile, rgb: Vec<[f32; 3]>) -> Image {
     Image {
         width: tile.width(),

@@ -1,4 +1,5 @@
-//! Pictures of a scene: side by side, and points and lines for the same time under a slider.
+//! Pictures of a scene for reports: the gallery, and the two pictures under the slider, by points
+//! and by lines that took the same time.
 
 use super::spec::{Budget, Duel, Gallery, StudySpec};
 use super::{Targets, all_pixels};
@@ -13,18 +14,18 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::SceneDescription;
 use serde::{Deserialize, Serialize};
 
-/// A picture, how it is called, what it took and how wrong it is.
+/// A picture with its name, cost and error.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Shown {
-    /// A few words.
+    /// The name, a few words.
     pub(super) name: String,
-    /// Light samples; 0 where the name says it.
+    /// The number of light samples; 0 where the name states it.
     pub(super) samples: u32,
-    /// Processor seconds.
+    /// The processor seconds.
     pub(super) seconds: f64,
-    /// Mean relative squared error; NaN where it was not asked for.
+    /// The mean relative squared error; NaN where it was not measured.
     pub(super) mrse: f64,
-    /// Linear radiance.
+    /// The picture in linear radiance.
     #[serde(with = "Pixels")]
     pub(super) image: Image,
 }
@@ -38,22 +39,23 @@ struct Pixels {
     rgb: Vec<[f32; 3]>,
 }
 
-/// Samples by which the cost of a picture is found: what each adds, and what comes before the
-/// first.
+/// The two numbers of samples by which the cost of a picture is measured: the time of each sample,
+/// and the set-up before the first.
 const PROBES: [u32; 2] = [4, 32];
 
-/// Samples and trials of the picture that others are held to, where no estimator is without noise.
+/// The samples and trials of the true picture, where no estimator is without noise.
 pub(super) const TRUE_SAMPLES: u32 = 256;
 pub(super) const TRUE_TRIALS: u32 = 4;
 
-/// Each of both pictures is timed so often again, in turns, until that many seconds are measured.
+/// How often each of the two pictures is timed again, in turns, and after how many measured seconds
+/// this ends.
 const TIMES: u32 = 4;
 const TIMED_SECONDS: f64 = 0.5;
 
-/// The processor seconds for which both are timed.
+/// The processor seconds for which both pictures together are timed.
 pub(super) const DUEL_SECONDS: f64 = 2.0 * TIMES as f64 * TIMED_SECONDS;
 
-/// The integrals, the study and the size of the pictures of a scene.
+/// The shading points, the study and the size of the pictures of a scene.
 struct Easel<'a> {
     targets: &'a Targets<'a>,
     spec: &'a StudySpec,
@@ -61,7 +63,7 @@ struct Easel<'a> {
 }
 
 impl Easel<'_> {
-    /// The settings of an estimator, with the first choice of lights.
+    /// Returns the settings of an estimator, with the first of the study's choices of lights.
     fn settings(&self, estimator: Estimator, sampler: SamplerKind) -> Settings {
         Settings {
             estimator,
@@ -73,6 +75,7 @@ impl Easel<'_> {
         }
     }
 
+    /// Renders some trials of a picture.
     fn run(&self, settings: Settings, samples: u32, trials: u32) -> CellRun<Settings> {
         let cell = Cell {
             settings,
@@ -83,7 +86,8 @@ impl Easel<'_> {
         run_cell(self.targets, cell)
     }
 
-    /// The samples that fit into the seconds, by the times that [`PROBES`] take.
+    /// Returns the number of samples that fit into some seconds, from the times of [`PROBES`] on a
+    /// straight line.
     #[allow(
         clippy::cast_possible_truncation,
         reason = "clamped to the range first"
@@ -96,7 +100,7 @@ impl Easel<'_> {
         ((seconds - setup) / sample).clamp(1.0, 65536.0) as u32
     }
 
-    /// The picture without noise by an estimator that has none, if there is one, else by many
+    /// Returns the true picture: by an estimator without noise if there is one, otherwise by many
     /// samples.
     fn truth(&self, noiseless: Option<Settings>) -> Shown {
         if let Some(settings) = noiseless {
@@ -107,7 +111,7 @@ impl Easel<'_> {
         self.show(&self.run(settings, TRUE_SAMPLES, TRUE_TRIALS), name)
     }
 
-    /// The mean of the trials.
+    /// Returns the mean of the trials as a picture.
     fn show(&self, run: &CellRun<Settings>, name: String) -> Shown {
         let mut image = Image::new(self.size[0], self.size[1]);
         for (k, (pixel, _)) in self.targets.points.iter().enumerate() {
@@ -126,7 +130,7 @@ impl Easel<'_> {
     }
 }
 
-/// One picture of the gallery.
+/// Renders one picture of the gallery.
 pub(super) fn picture(
     spec: &StudySpec,
     gallery: &Gallery,
@@ -134,6 +138,7 @@ pub(super) fn picture(
     reference: &Reference,
     settings: Settings,
 ) -> Shown {
+    // Find the number of samples.
     let easel = Easel {
         targets,
         spec,
@@ -143,6 +148,7 @@ pub(super) fn picture(
         Budget::Samples(samples) => samples,
         Budget::Seconds(seconds) => easel.fitting(seconds, settings),
     };
+    // Render, and score.
     let run = easel.run(settings, samples, 1);
     let mut name = spec.name(&settings);
     if gallery.samplers.len() > 1 {
@@ -155,8 +161,8 @@ pub(super) fn picture(
     }
 }
 
-/// A scene's best points, its best lines and the picture that both are held to, by what the study
-/// found; `None` if it had not both.
+/// Renders the best points and the best lines of a study for the same time, and the true picture;
+/// `None` if the study has no points or no lines.
 pub(super) fn duel(
     spec: &StudySpec,
     wanted: &Duel,
@@ -192,7 +198,8 @@ pub(super) fn duel(
     ])
 }
 
-/// The comparison of what [`duel`] left; `None` of anything else.
+/// Returns the comparison of the three pictures of [`duel`]; `None` of any other number of
+/// pictures.
 ///
 /// # Errors
 /// [`FilmError`] if a picture has no pixels.
@@ -208,8 +215,8 @@ pub(super) fn comparison(shown: &[Shown]) -> Result<Option<Comparison>, FilmErro
     Comparison::new(left, right, truth).map(Some)
 }
 
-/// The estimator of a kind, points or lines, that was the most efficient with this pattern and at
-/// least that many samples.
+/// Returns the estimator whose name begins with `kind` that was the most efficient with this
+/// sampler, at the least measured number of samples from `samples` on.
 fn best(
     spec: &StudySpec,
     rows: &[&ResultRow],
@@ -229,7 +236,7 @@ fn best(
     all.find(|e| e.to_string() == row.estimator).copied()
 }
 
-/// An estimator that had no noise on any pixel, whatever the samples.
+/// Returns an estimator that had no noise on any pixel at any number of samples, if there is one.
 fn noiseless(spec: &StudySpec, rows: &[&ResultRow]) -> Option<Estimator> {
     let never = |e: &&Estimator| {
         let name = e.to_string();

@@ -1,4 +1,5 @@
-//! What a convergence study of scenes is made of.
+//! The specification of a convergence study of scenes: which scenes, estimators, samplers and
+//! pictures it has.
 
 use crate::engine::{CELL_SECONDS, Design, Method, REFERENCE_ROUNDS};
 use crate::pixels::{Pixels, Resolution};
@@ -8,57 +9,57 @@ use linelit_estimators::{LineBy, PointDensity};
 use linelit_integrator::{Estimator, LightChoice, Settings, Spheres};
 use linelit_samplers::SamplerKind;
 
-/// A convergence study of scenes.
+/// The specification of a convergence study of scenes.
 #[derive(Clone, Debug)]
 pub struct StudySpec {
-    /// Title of the report.
+    /// The title of the report.
     pub title: String,
-    /// Scenes, by file or name.
+    /// The scenes, by file or name.
     pub scenes: Vec<String>,
-    /// Estimators.
+    /// The estimators.
     pub estimators: Vec<Estimator>,
-    /// Patterns.
+    /// The samplers.
     pub samplers: Vec<SamplerKind>,
-    /// Samples, ascending.
+    /// The numbers of samples, ascending.
     pub samples: Vec<u32>,
-    /// Independent trials of each.
+    /// The number of independent trials of each measurement.
     pub trials: u32,
-    /// Trials of the independent pattern, where more are wanted: its order is known to be −1/2, so
-    /// it is the one that shows how well the study measures.
+    /// The number of trials of the independent sampler, if it differs. Its order is known to be
+    /// −1/2, so that it shows how well the study measures orders.
     pub independent_trials: Option<u32>,
-    /// Pixels.
+    /// The pixels to measure.
     pub pixels: Pixels,
-    /// Seconds for all of the study: what does not fit is left out.
+    /// The seconds for the whole study; measurements that do not fit are left out.
     pub time_budget: Option<f64>,
-    /// First seed.
+    /// The first seed.
     pub seed: u64,
-    /// The strategies for selecting lights: each with each estimator.
+    /// The strategies for selecting lights. Each estimator is measured with each.
     pub lights: Vec<LightChoice>,
-    /// Representation of emissive spheres and disks.
+    /// The representation of emissive spheres and disks.
     pub spheres: Spheres,
     /// Whether the plan may skip work (`Settings::skip`).
     pub skip: bool,
-    /// Orders of the standard deviation that a paper reports, for the table of slopes.
+    /// The orders of the standard deviation that papers report, for the table of slopes.
     pub papers: Vec<PaperOrder>,
-    /// Single pixels to look at one by one, in place of `pixels`.
+    /// Single pixels that are studied one by one, in place of `pixels`.
     pub spots: Vec<Spot>,
     /// Pictures to render of each scene.
     pub gallery: Option<Gallery>,
-    /// Points and lines for the same time, of each scene.
+    /// Two pictures of each scene that take the same time, one by points and one by lines.
     pub duel: Option<Duel>,
-    /// The most rounds of a reference, of four replicates each.
+    /// The largest number of rounds of a reference, of four replicates each.
     pub reference_rounds: u32,
-    /// Processor seconds that each estimator, pattern and number of samples is measured for at
-    /// least.
+    /// The least processor time, in seconds, for which each estimator, sampler and number of
+    /// samples is measured.
     pub cell_seconds: f64,
-    /// Pixels on the longer side of the picture of a scene.
+    /// The longer side of the picture of a scene, in pixels.
     pub picture_side: u32,
 }
 
 /// A pixel with a name.
 #[derive(Clone, Debug)]
 pub struct Spot {
-    /// Name of the view in tables, behind that of the scene.
+    /// The name of the view in tables, which follows the name of the scene.
     pub label: String,
     /// The pixel.
     pub pixel: [u32; 2],
@@ -67,41 +68,42 @@ pub struct Spot {
 /// Pictures by several estimators, side by side.
 #[derive(Clone, Debug)]
 pub struct Gallery {
-    /// Width in pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Height in pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// Cost of each picture.
+    /// The cost of each picture.
     pub budget: Budget,
-    /// The patterns, each with each estimator and choice of lights.
+    /// The samplers, each with each estimator and choice of lights.
     pub samplers: Vec<SamplerKind>,
     /// The estimators.
     pub estimators: Vec<Estimator>,
-    /// Rounds of the reference, of four replicates each.
+    /// The number of rounds of the reference, of four replicates each.
     pub reference_rounds: u32,
 }
 
-/// Two pictures for the same time under a slider: the best points of the study, as many as fit, and
-/// its best lines.
+/// Two pictures that take the same time, under a slider: the best lines of the study, and its best
+/// points with as many samples as fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Duel {
-    /// Pixels on the longer side.
+    /// The longer side, in pixels.
     pub side: u32,
-    /// Lines at each shading point and light.
+    /// The number of lines at each shading point and light.
     pub samples: u32,
 }
 
-/// Limit of the cost of a picture.
+/// The limit on the cost of a picture.
 #[derive(Clone, Copy, Debug)]
 pub enum Budget {
-    /// Samples at each shading point and light.
+    /// The samples at each shading point and light.
     Samples(u32),
-    /// Processor seconds.
+    /// The processor seconds.
     Seconds(f64),
 }
 
 impl StudySpec {
-    /// The views of all scenes, in order.
+    /// Returns the views of all scenes, in order: one for each scene, or one for each spot of each
+    /// scene.
     #[must_use]
     pub fn views(&self) -> Vec<View> {
         let views = self.scenes.iter().flat_map(|scene| {
@@ -124,8 +126,9 @@ impl StudySpec {
         views.collect()
     }
 
-    /// Shrinks the study to the least size: two numbers of samples, two trials, few pixels,
-    /// references of one round, times of two passes, and pictures as large as a thumbnail.
+    /// Shrinks the study to the least size, for tests: two numbers of samples, two trials, few
+    /// pixels, references of one round, times of two passes, and pictures of the size of a
+    /// thumbnail.
     pub fn shrink(&mut self) {
         self.samples.truncate(2);
         self.trials = 2;
@@ -149,7 +152,7 @@ impl StudySpec {
         }
     }
 
-    /// The methods that are measured on each scene.
+    /// Returns the methods that are measured on each scene, with samples and limits.
     #[must_use]
     pub fn design(&self) -> Design<Settings> {
         let methods = self.methods(&self.estimators, &self.samplers);
@@ -169,7 +172,7 @@ impl StudySpec {
         }
     }
 
-    /// Each estimator with each choice of lights and each pattern.
+    /// Returns the settings of each estimator with each choice of lights and each sampler.
     fn methods(&self, estimators: &[Estimator], samplers: &[SamplerKind]) -> Vec<Settings> {
         let mut all = Vec::new();
         for &estimator in estimators {
@@ -187,12 +190,12 @@ impl StudySpec {
         all
     }
 
-    /// The pictures of a gallery, in order.
+    /// Returns the settings of the pictures of a gallery, in order.
     pub(super) fn pictures(&self, gallery: &Gallery) -> Vec<Settings> {
         self.methods(&gallery.estimators, &gallery.samplers)
     }
 
-    /// The name of an estimator, with the choice of lights where there are several.
+    /// Returns the name of an estimator, with the choice of lights where there are several.
     pub(super) fn name(&self, settings: &Settings) -> String {
         let Settings {
             estimator, lights, ..
@@ -203,9 +206,10 @@ impl StudySpec {
         }
     }
 
-    /// A record without results; `command` is the one that repeats the study.
+    /// Creates the study's record without results; `command` is the command that repeats the study.
     #[must_use]
     pub fn record(&self, command: String) -> StudyRecord {
+        // Describe the settings for the report.
         let budget = self.time_budget.map(|s| format!("{s} s"));
         let pixels = if self.spots.is_empty() {
             self.pixels.to_string()
@@ -235,7 +239,7 @@ impl StudySpec {
         }
     }
 
-    /// Trials of a pattern.
+    /// Returns the number of trials with a sampler.
     #[must_use]
     pub fn trials_of(&self, sampler: SamplerKind) -> u32 {
         match (sampler, self.independent_trials) {
@@ -245,8 +249,8 @@ impl StudySpec {
     }
 }
 
-/// A method by the names of its estimator and pattern; of one round of four trials, which is what
-/// references are made of.
+/// Returns a method named after its estimator and sampler, with four trials, as many as a round of
+/// a reference has.
 pub(super) fn method(settings: Settings) -> Method<Settings> {
     Method {
         estimator: settings.estimator.to_string(),
@@ -256,6 +260,7 @@ pub(super) fn method(settings: Settings) -> Method<Settings> {
     }
 }
 
+/// Joins the texts of a list by commas.
 fn joined<T: ToString>(list: &[T]) -> String {
     let texts: Vec<String> = list.iter().map(ToString::to_string).collect();
     texts.join(",")
@@ -307,15 +312,15 @@ impl Default for StudySpec {
     }
 }
 
-/// A scene and those of its pixels that are studied.
+/// A scene with the pixels of it that are studied together.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The scene, by file or name.
     pub scene: String,
-    /// The name under which results stand.
+    /// The label of the results.
     pub label: String,
     /// The pixels.
     pub pixels: Pixels,
-    /// Whether the gallery is rendered here.
+    /// Whether the gallery is rendered for this view.
     pub with_gallery: bool,
 }

@@ -1,4 +1,5 @@
-//! Scenes as a study looks at them: opened when they are first asked for.
+//! The scenes of a study in memory: each is opened, built and searched for shading points when it
+//! is first needed, and then cached.
 #![allow(clippy::disallowed_methods, reason = "says how long it took")]
 
 use super::{StudySpec, Targets, View, all_pixels};
@@ -12,32 +13,32 @@ use linelit_scene::SceneDescription;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-/// Reads a scene by file or name.
+/// A function that reads a scene by file or name.
 pub type Load<'a> = &'a (dyn Fn(&str) -> Result<SceneDescription> + Sync);
 
 /// A view whose scene is in memory.
 pub(super) struct Opened {
     pub(super) scene: SceneDescription,
     pixels: Vec<[u32; 2]>,
-    /// The scene's own proportions.
+    /// The width and height that the scene itself states.
     pub(super) aspect: [u32; 2],
     pub(super) load_seconds: f64,
 }
 
-/// A renderer, and how long it took to build.
+/// A renderer, and the seconds that it took to build.
 pub(super) struct Built<'o> {
     pub(super) renderer: Renderer<'o>,
     pub(super) seconds: f64,
 }
 
-/// The integrals that are measured on a view, and their reference.
+/// The integrals that are measured on a view, and the method of their reference.
 pub(super) struct Seen<'r> {
     pub(super) targets: Targets<'r>,
     truth: Truth<Settings>,
 }
 
-/// A study of scenes while it is planned, run or merged: each scene is opened when its first unit
-/// is computed, and kept.
+/// A study of scenes while it is planned, run or merged. Each scene is opened when its first unit
+/// is computed, and stays in memory.
 #[allow(missing_debug_implementations, reason = "a function reads scenes")]
 pub struct Work<'w, 'r, 'o> {
     pub(super) spec: &'w StudySpec,
@@ -70,6 +71,7 @@ pub fn with_work<T>(
     })
 }
 
+/// Returns an empty cache with an entry for each view.
 fn empty<T>(views: &[View]) -> Vec<OnceLock<T>> {
     views.iter().map(|_| OnceLock::new()).collect()
 }
@@ -93,11 +95,12 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         self.spec
     }
 
+    /// Returns the view of this number.
     pub(super) fn view(&self, view: usize) -> Result<&'w View> {
         self.views.get(view).context(NO_VIEW)
     }
 
-    /// The scene of a view, at the resolution of its pixels.
+    /// Returns the scene of a view, at the resolution of its pixels.
     pub(super) fn opened(&self, view: usize) -> Result<&'o Opened> {
         let about = self.view(view)?;
         kept(self.opened, view, || {
@@ -115,6 +118,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         })
     }
 
+    /// Returns the renderer of a view.
     pub(super) fn built(&self, view: usize) -> Result<&'r Built<'o>> {
         let opened = self.opened(view)?;
         kept(self.built, view, || {
@@ -146,7 +150,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         })
     }
 
-    /// The reference of a view, made the first time.
+    /// Returns the reference of a view, which `make` computes the first time.
     pub(super) fn reference(
         &self,
         view: usize,
@@ -155,7 +159,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         kept(&self.references, view, make)
     }
 
-    /// The scene of a view at another resolution.
+    /// Returns the scene of a view at another resolution.
     pub(super) fn resized(
         &self,
         view: usize,
@@ -167,16 +171,17 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
     }
 }
 
-/// Bytes of what is kept of a trial for its score and for the fits: three sums.
+/// The bytes that are stored of each trial for its score and for the fits: three sums.
 const BYTES_PER_TRIAL: u64 = 24;
 
-/// Refuses what does not fit: the shading points with the reference of each, the estimates of one
-/// unit, and what is kept of the trials.
+/// Refuses a study that does not fit into memory: the shading points with their references, the
+/// estimates of one unit, and the sums of all trials.
 fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
     let count = match pixels {
         Pixels::Grid(r) => u64::from(r.width) * u64::from(r.height),
         Pixels::List(list) => list.len() as u64,
     };
+    // Count the measurements and their trials.
     let trials = spec.samplers.iter().map(|s| u64::from(spec.trials_of(*s)));
     let cells = [spec.samples.len(), spec.estimators.len(), spec.lights.len()];
     let cells: u64 = cells.into_iter().map(|n| n as u64).product();
@@ -184,9 +189,10 @@ fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
     let trials = trials.sum::<u64>().saturating_mul(cells);
     let point = size_of::<([u32; 2], ShadingPoint)>() as u64;
     let estimate = size_of::<DVec3>() as u64;
-    // Mean and sum of squares of the reference, those of the round in hand, values and variances.
+    // A reference has the mean and sum of squares of each integral, both also of the round that is
+    // being computed, and values and variances.
     let reference = 6 * estimate + 4;
-    // Those that are running are there twice.
+    // Estimates of the running unit exist twice.
     let estimates = most.max(count.saturating_mul(most).min(BLOCK_ESTIMATES as u64));
     let bytes = count
         .saturating_mul(point.saturating_add(reference))
@@ -196,6 +202,7 @@ fn check_memory(spec: &StudySpec, pixels: &Pixels) -> Result<()> {
     memory::check(&what, bytes)
 }
 
+/// Returns the pixels that a study measures, and sets the scene's resolution to theirs.
 fn pixels(scene: &mut SceneDescription, pixels: &Pixels) -> Result<Vec<[u32; 2]>> {
     match pixels {
         Pixels::Grid(r) => {

@@ -1,9 +1,10 @@
-//! The estimators in words, and where they come from.
+//! Descriptions of the estimators in words, with the papers that they come from, for reports and
+//! help.
 
 use crate::report::Entry;
 use linelit_estimators::{Estimator, Technique};
 
-/// The citations of the sources, and their addresses.
+/// The citations of the papers, and their addresses.
 const SOURCES: [[&str; 2]; 5] = [
     ["Billen & Dutré 2016", "https://doi.org/10.1111/cgf.12948"],
     [
@@ -18,7 +19,8 @@ const SOURCES: [[&str; 2]; 5] = [
     ],
 ];
 
-/// A technique a line: its name, what it does, and its source in brackets if it has one.
+/// The techniques, one in each line: the name, what it does, and its paper in brackets if it has
+/// one.
 const WORDS: &str = "\
 point-area: points uniform on the area
 point-visible-area: points uniform on the part that faces the shading point (spheres)
@@ -39,21 +41,21 @@ exact: closed form over what is visible, lines past holes
 hybrid: the cheapest of exact, lines, points and rays, at each point: the default
 ";
 
-/// The line on a technique, behind its name.
+/// Returns the line about a technique, without its name.
 fn line(technique: &Technique) -> &'static str {
     let mut lines = WORDS.lines().filter_map(|line| line.split_once(": "));
     let own = lines.find(|(name, _)| *name == technique.name());
     own.map_or("", |(_, line)| line)
 }
 
-/// Returns a line about a technique; `docs/estimators.md` says more.
+/// Returns a description of a technique in one line; `docs/estimators.md` has more.
 #[must_use]
 pub fn about(technique: &Technique) -> &'static str {
     let line = line(technique);
     line.split_once(" [").map_or(line, |(words, _)| words)
 }
 
-/// Returns the description of an estimator.
+/// Returns the description of an estimator for the report.
 pub(super) fn entry(estimator: &Estimator) -> Entry {
     let techniques = || estimator.parts().iter().map(|part| part.technique);
     let mut words: Vec<&str> = techniques().map(|t| about(&t)).collect();

@@ -1,4 +1,5 @@
-//! A study of scenes in units, each computed by itself, and what they make together.
+//! The units of a study of scenes: their list, the computation of each one, and how their parts
+//! become a record and its pictures.
 
 use super::pictures::{self, DUEL_SECONDS, Shown, TRUE_SAMPLES, TRUE_TRIALS, comparison, duel};
 use super::spec::{Budget, Gallery, method};
@@ -17,10 +18,10 @@ use linelit_integrator::{Renderer, Settings};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A piece of a study of scenes: its view, and what is done there.
+/// A unit of a study of scenes: a view, and a piece of work on it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SceneUnit {
-    /// Number of the view ([`StudySpec::views`](super::StudySpec::views)).
+    /// The number of the view ([`StudySpec::views`](super::StudySpec::views)).
     pub view: usize,
     /// The work of the unit.
     pub piece: Piece,
@@ -35,7 +36,7 @@ pub enum Piece {
     GalleryReference(Unit),
     /// A picture of the gallery, by its number.
     GalleryPicture(usize),
-    /// The scene's picture, or points and lines for the same time.
+    /// The pictures of the report: points and lines for the same time, or the scene alone.
     Exhibit,
 }
 
@@ -46,25 +47,26 @@ pub struct PlannedUnit {
     pub unit: SceneUnit,
     /// The name of the unit in messages.
     pub name: String,
-    /// A guess of its processor seconds.
+    /// An estimate of its processor time, in seconds.
     pub seconds: f64,
-    /// Numbers of the units whose parts it reads.
+    /// The numbers of the units whose parts it reads.
     pub needs: Range<usize>,
 }
 
-/// Hands on numbers and parts of units, in the order of their numbers.
+/// A function that calls another with the numbers and parts of units, in the order of their
+/// numbers.
 pub type EachPart<'a> = &'a dyn Fn(&mut dyn FnMut(usize, Vec<u8>) -> Result<()>) -> Result<()>;
 
-/// Reads the part of a unit; `None` where it is missing.
+/// A function that reads the part of a unit; `None` where it is missing.
 pub type PartOf<'a> = &'a dyn Fn(usize) -> Result<Option<Vec<u8>>>;
 
 impl Work<'_, '_, '_> {
-    /// All units, view by view. All scenes are opened, so that what is wrong with the last one is
-    /// found before the first is measured.
+    /// Returns all units, view by view. All scenes are opened first, so that an error in the last
+    /// one is found before the first is measured.
     ///
     /// # Errors
-    /// If a scene cannot be loaded or has nothing to light, a pixel is outside it, the camera sees
-    /// nothing at the pixels, or the study does not fit into memory.
+    /// If a scene cannot be loaded, a pixel is outside it, no ray of the camera meets a surface at
+    /// the pixels, or the study does not fit into memory.
     pub fn plan(&self) -> Result<Vec<PlannedUnit>> {
         // Open all scenes.
         (0..self.views.len()).try_for_each(|view| self.job(view).map(drop))?;
@@ -97,7 +99,7 @@ impl Work<'_, '_, '_> {
                 };
                 add(Piece::Errors(unit), name, seconds);
             }
-            // List the pictures of the gallery, and those of the report.
+            // List the pictures of the gallery and of the report.
             if self.spec.gallery.is_some() && about.with_gallery {
                 self.with_gallery(view, |wanted, job| {
                     for Planned { unit, seconds } in job.reference_units(wanted.reference_rounds) {
@@ -118,7 +120,7 @@ impl Work<'_, '_, '_> {
             let seconds = self.exhibit_seconds(view)?;
             add(Piece::Exhibit, "picture".to_owned(), seconds);
         }
-        // Find what each unit needs, now that all have their numbers.
+        // Find the units that each unit needs, now that all have their numbers.
         let units: Vec<SceneUnit> = planned.iter().map(|p| p.unit.clone()).collect();
         for (number, planned) in planned.iter_mut().enumerate() {
             planned.needs = self.needs(&units, number);
@@ -126,7 +128,7 @@ impl Work<'_, '_, '_> {
         Ok(planned)
     }
 
-    /// A guess of the processor seconds of the pictures of [`Work::exhibit`].
+    /// Returns an estimate of the processor time of the pictures of [`Work::exhibit`], in seconds.
     fn exhibit_seconds(&self, view: usize) -> Result<f64> {
         let (job, aspect) = (self.job(view)?, self.opened(view)?.aspect);
         let picture = |side, settings: Settings, samples| {
@@ -135,7 +137,7 @@ impl Work<'_, '_, '_> {
             seconds * pixels / job.problem.pixels as f64
         };
         Ok(match self.spec.duel {
-            // The third picture takes the most where no estimator is without noise.
+            // The true picture takes the most time, where no estimator is without noise.
             Some(wanted) => {
                 let settings = job.problem.true_settings(self.spec.spheres);
                 DUEL_SECONDS + picture(wanted.side, settings, TRUE_SAMPLES * TRUE_TRIALS)
@@ -147,9 +149,9 @@ impl Work<'_, '_, '_> {
         })
     }
 
-    /// Numbers of the units whose parts a unit reads: measurements those of the reference, pictures
-    /// of the gallery those of its reference, and pictures for the same time, which go by the times
-    /// found, all but the gallery.
+    /// Returns the numbers of the units whose parts a unit reads. Measurements need their
+    /// reference, pictures of the gallery need the reference of the gallery, and pictures that take
+    /// the same time need all measurements of the view, whose times and errors they are chosen by.
     fn needs(&self, units: &[SceneUnit], number: usize) -> Range<usize> {
         let own = &units[number];
         let reads = |piece: &Piece| match (&own.piece, piece) {
@@ -165,7 +167,7 @@ impl Work<'_, '_, '_> {
         first..first + count
     }
 
-    /// Measures all of it, and adds it to `record`; gives what a report shows of the scenes,
+    /// Measures the whole study and adds it to `record`; returns what a report shows of the scenes,
     /// without galleries.
     ///
     /// # Errors
@@ -180,11 +182,13 @@ impl Work<'_, '_, '_> {
         Ok(exhibits)
     }
 
+    /// Measures all views.
     fn measured(&self) -> Result<Vec<Results>> {
         let measure = |view| self.job(view).map(measure);
         (0..self.views.len()).map(measure).collect()
     }
 
+    /// Returns exhibits without pictures.
     fn exhibits(&self) -> Exhibits {
         Exhibits {
             compared: self.spec.estimators.iter().map(entry).collect(),
@@ -192,8 +196,8 @@ impl Work<'_, '_, '_> {
         }
     }
 
-    /// Calls a function with the gallery of a view and a job that measures nothing but what its
-    /// pictures are held to.
+    /// Calls a function with the gallery of a view, and with a job that measures only the reference
+    /// of its pictures.
     fn with_gallery<T>(
         &self,
         view: usize,
@@ -212,13 +216,13 @@ impl Work<'_, '_, '_> {
         call(wanted, job)
     }
 
-    /// Computes a unit on the threads of the rayon pool that it is called in. `needed` hands on the
-    /// parts of [`PlannedUnit::needs`]. All but times, and the numbers of samples that follow from
-    /// them in pictures for the same time, is the same on every machine.
+    /// Computes a unit on the threads of the rayon pool in which it is called, and returns its part
+    /// as bytes. `needed` provides the parts of [`PlannedUnit::needs`]. The part is the same on
+    /// every machine, except for times, and for the numbers of samples that follow from times in
+    /// pictures that take the same time.
     ///
     /// # Errors
-    /// If the scene cannot be opened, what `needed` fails with, and for what is no unit of this
-    /// study.
+    /// If the scene cannot be opened, `needed` fails, or the unit does not belong to this study.
     pub fn compute(
         &self,
         units: &[SceneUnit],
@@ -229,6 +233,7 @@ impl Work<'_, '_, '_> {
         match piece {
             Piece::Errors(unit) => {
                 let job = self.job(*view)?;
+                // Measure against the reference, which is gathered from its parts at first.
                 let gathered = || Ok(gathered(self.job(*view)?, units, needed)?.reference());
                 let part = job.compute(unit, || self.reference(*view, gathered))?;
                 Ok(to_bytes(&part))
@@ -238,6 +243,7 @@ impl Work<'_, '_, '_> {
                 Ok(to_bytes(&part))
             }),
             Piece::GalleryPicture(k) => self.with_gallery(*view, |wanted, job| {
+                // Render a picture of the gallery, and score it against the gallery's reference.
                 let all = self.spec.pictures(wanted);
                 let settings = *all.get(*k).context("no such picture")?;
                 let targets = job.problem;
@@ -252,9 +258,11 @@ impl Work<'_, '_, '_> {
         }
     }
 
-    /// Points and lines for the same time, if the study wants them and has both; else the scene.
+    /// Renders points and lines for the same time, if the study should have them and has measured
+    /// both; otherwise the scene.
     fn exhibit(&self, view: usize, results: &Results) -> Result<Vec<Shown>> {
         let aspect = self.opened(view)?.aspect;
+        // Render points and lines for the same time.
         if let Some(wanted) = &self.spec.duel {
             let size = fitted(aspect, wanted.side);
             let scene = self.resized(view, size)?;
@@ -263,6 +271,7 @@ impl Work<'_, '_, '_> {
                 return Ok(shown);
             }
         }
+        // Render the scene itself by lines.
         let size = fitted(aspect, self.spec.picture_side);
         let scene = self.resized(view, size)?;
         let window = Tile::whole(size[0], size[1]);
@@ -277,11 +286,11 @@ impl Work<'_, '_, '_> {
         }])
     }
 
-    /// Puts parts together: adds what was found to `record`, and gives what the report shows of it.
-    /// Measurements and pictures that lack a part are left out.
+    /// Puts parts together: adds the results to `record`, and returns what the report shows of
+    /// them. Measurements and pictures of which a part is missing are left out.
     ///
     /// # Errors
-    /// If a scene cannot be opened, what `part` fails with, and for parts that are none.
+    /// If a scene cannot be opened, `part` fails, or its bytes are not a part of this study.
     pub fn gather(
         &self,
         units: &[SceneUnit],
@@ -290,6 +299,7 @@ impl Work<'_, '_, '_> {
     ) -> Result<Exhibits> {
         let mut exhibits = self.exhibits();
         for view in 0..self.views.len() {
+            // Collect the parts of the view.
             let mut gathering = Gathering::new(self.job(view)?);
             let (mut gallery, mut exhibit) = (Vec::new(), Vec::new());
             for (k, unit) in units.iter().enumerate().filter(|(_, u)| u.view == view) {
@@ -303,6 +313,7 @@ impl Work<'_, '_, '_> {
                     Piece::Exhibit => exhibit = shown(part(k)?)?,
                 }
             }
+            // Add its rows and pictures.
             self.add_rows(view, &gathering.results(), record)?;
             let label = &self.view(view)?.label;
             show(label, &exhibit, &gallery, record, &mut exhibits)?;
@@ -310,6 +321,7 @@ impl Work<'_, '_, '_> {
         Ok(exhibits)
     }
 
+    /// Adds the results of a view, with the facts about its scene, to the record.
     fn add_rows(&self, view: usize, results: &Results, record: &mut StudyRecord) -> Result<()> {
         let (about, opened, built) = (self.view(view)?, self.opened(view)?, self.built(view)?);
         let scene = SceneRecord {
@@ -326,7 +338,7 @@ impl Work<'_, '_, '_> {
     }
 }
 
-/// The parts of a job that are handed on, put together.
+/// Puts together the parts of a job that `needed` provides.
 fn gathered<'a, 'r>(
     job: Job<'a, Targets<'r>>,
     units: &[SceneUnit],
@@ -337,7 +349,7 @@ fn gathered<'a, 'r>(
     Ok(gathering)
 }
 
-/// Adds the part of a unit.
+/// Adds the part of one unit.
 fn add(
     gathering: &mut Gathering<'_, Targets<'_>>,
     units: &[SceneUnit],
@@ -352,7 +364,7 @@ fn add(
     Ok(())
 }
 
-/// The pictures of a unit; none of a missing one.
+/// Decodes the pictures of a unit; a missing part has none.
 fn shown(bytes: Option<Vec<u8>>) -> Result<Vec<Shown>> {
     let Some(bytes) = bytes else {
         return Ok(Vec::new());
@@ -374,7 +386,7 @@ fn show(
     exhibits: &mut Exhibits,
 ) -> Result<(), FilmError> {
     let mut pictures = Vec::new();
-    // The comparison shows the scene already.
+    // The comparison shows the scene already, so that its pictures are not shown again.
     if let Some(compared) = comparison(exhibit)? {
         exhibits.comparisons.insert(label.to_owned(), compared);
     } else {
@@ -386,6 +398,7 @@ fn show(
             )?);
         }
     }
+    // Expose all pictures of the gallery like the first one.
     for one in gallery {
         let caption = format!(
             "{}: N = {}, {:.2} s of CPU, MRSE {}",
@@ -408,7 +421,7 @@ fn show(
     Ok(())
 }
 
-/// A picture's proportions with this many pixels on the longer side.
+/// Returns a size with this many pixels on the longer side and the given proportions.
 fn fitted([w, h]: [u32; 2], side: u32) -> [u32; 2] {
     [w, h].map(|length| {
         let scaled = u64::from(side) * u64::from(length) / u64::from(w.max(h));
@@ -416,7 +429,8 @@ fn fitted([w, h]: [u32; 2], side: u32) -> [u32; 2] {
     })
 }
 
-/// A tenth of the pixels are white, so that a light in the picture leaves the rest bright.
+/// Returns the exposure by which a tenth of the pixels are white, so that a light in the picture
+/// does not make the others dark.
 fn exposure(image: &Image) -> Exposure {
     Exposure::fitting(image, 0.9)
 }

@@ -1,4 +1,4 @@
-//! How far one picture is from another.
+//! Metrics of pictures: how far one picture is from another.
 
 use super::slopes::moments;
 use linelit_film::{FilmError, Image};
@@ -11,9 +11,9 @@ pub const MRSE_EPSILON: f64 = 1e-6;
 /// A mean with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanError {
-    /// The mean; NaN of nothing.
+    /// The mean; NaN if there are no values.
     pub mean: f64,
-    /// The standard error of the mean, from the spread; NaN below two values.
+    /// The standard error of the mean, from the spread; NaN for fewer than two values.
     pub stderr: f64,
 }
 
@@ -44,35 +44,37 @@ impl MeanError {
 
 /// Errors of a picture against a reference, over all pixels and channels.
 ///
-/// With p the values of the picture, r those of the reference, n their number:
+/// With p the values of the picture, r the values of the reference, and n their number:
 /// MSE = Σ(p − r)²/n, RMSE = √MSE, MRSE = Σ(p − r)²/(r² + ε)/n with [`MRSE_EPSILON`] (Salesin &
-/// Jarosz 2019, section 6), bias = Σ(p − r)/n. All in linear radiance, never tone-mapped.
+/// Jarosz 2019, section 6), bias = Σ(p − r)/n. All values are in linear radiance, never
+/// tone-mapped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ImageMetrics {
-    /// Pixels that were compared.
+    /// The number of pixels that were compared.
     pub pixels: usize,
-    /// Pixels left out because a value is not finite in one of the pictures.
+    /// The number of pixels that were left out because a value is not finite in one of the
+    /// pictures.
     pub skipped: usize,
-    /// Mean squared error.
+    /// The mean squared error.
     pub mse: f64,
     /// The root of the mean squared error.
     pub rmse: f64,
-    /// Mean relative squared error.
+    /// The mean relative squared error.
     pub mrse: f64,
-    /// Mean difference.
+    /// The mean difference.
     pub bias: f64,
-    /// Standard error of the bias from its spread over pixels, as if their errors were independent
-    /// (they are if each has its own random numbers).
+    /// The standard error of the bias from its spread over pixels, as if their errors were
+    /// independent (they are if each has its own random numbers).
     pub bias_stderr: f64,
-    /// Bias over its standard error; zero for equal pictures.
+    /// The bias over its standard error; zero for equal pictures.
     pub bias_z: f64,
     /// The largest absolute difference.
     pub largest: f64,
-    /// Column and row of the largest difference.
+    /// The column and row of the largest difference.
     pub largest_at: [u32; 2],
-    /// Mean of the picture.
+    /// The mean of the picture.
     pub mean: f64,
-    /// Mean of the reference.
+    /// The mean of the reference.
     pub reference_mean: f64,
 }
 
@@ -98,6 +100,7 @@ impl ImageMetrics {
                 found: [picture.width, picture.height],
             });
         }
+        // Sum squared and relative errors over channels, and average the error of each pixel.
         let (mut m, mut differences) = (Self::default(), Vec::new());
         for (index, (p, r)) in (0..).zip(picture.rgb.iter().zip(&reference.rgb)) {
             if p.iter().chain(r).any(|value| !value.is_finite()) {
@@ -117,9 +120,12 @@ impl ImageMetrics {
                 m.mean += p;
                 m.reference_mean += r;
             }
-            // Channels of one pixel share their random numbers: a pixel is one observation.
+            // The channels of a pixel share their random numbers, so that a pixel is one
+            // observation.
             differences.push(mean_difference);
         }
+        // Divide the sums by the number of values, and take the bias from the mean errors of
+        // pixels.
         let values = 3.0 * differences.len() as f64;
         for sum in [&mut m.mse, &mut m.mrse, &mut m.mean, &mut m.reference_mean] {
             *sum /= values;

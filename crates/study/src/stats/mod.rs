@@ -1,4 +1,5 @@
-//! Numbers about errors: metrics of pictures, and orders of convergence with their confidence.
+//! Statistics of errors: metrics of pictures, and orders of convergence with their confidence
+//! intervals.
 
 pub mod metrics;
 pub mod slopes;
@@ -6,12 +7,26 @@ pub mod student;
 
 use linelit_elementary::{exp, ln};
 
-/// Squared errors, and times, below which there is only rounding.
+/// Squared errors and times below this are only rounding.
 const NOTHING: f64 = 1e-18;
 
-/// The least y that a curve of points reaches with an x of this or less: where its x falls and its
-/// y rises from one point to the next, along the straight line in logarithms. Towards a point that
-/// is nothing but rounding there is no line. `None` if the curve stays above this x.
+/// Returns the least y that a curve of points reaches at an x of this or less, or `None` if the
+/// curve stays above this x.
+///
+/// For a curve of error (x) against time (y), it is the time at which the error falls to x. Where x
+/// falls and y rises from one point to the next, the curve runs along the straight line in
+/// logarithms; elsewhere only the points count. No line is drawn towards a point that is only
+/// rounding: there the point's own y counts.
+///
+/// ```text
+/// error │ ●
+///       │   ╲
+///     x ├─────╲
+///       │     :╲
+///       │     :  ●
+///       └─────┴──────── time
+///         the least y
+/// ```
 pub(crate) fn least(curve: impl IntoIterator<Item = [f64; 2]>, x: f64) -> Option<f64> {
     let mut least: Option<f64> = None;
     let mut before: Option<[f64; 2]> = None;

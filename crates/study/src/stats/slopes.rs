@@ -1,51 +1,56 @@
 //! The order of convergence: the slope of the standard deviation over the number of samples, both
-//! on logarithmic scales, and how sure one may be of it.
+//! on logarithmic scales, with a confidence interval.
+//!
+//! A line is fitted by weighted least squares. Its interval comes from a jackknife over trials
+//! (refits without each trial in turn), so that it holds even if a seed makes errors at
+//! neighbouring numbers of samples similar.
 
 use super::student;
 use linelit_elementary::ln;
 use serde::Serialize;
 
-/// One number of samples with what its trials gave.
+/// The variances that independent trials found at one number of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlopePoint {
-    /// Samples N.
+    /// The number of samples N.
     pub samples: f64,
-    /// The variance as each independent trial (seed) sees it, averaged over pixels: their mean is
-    /// the variance of one estimate. Squared errors against an exact reference do as well.
+    /// The variance according to each independent trial (seed), averaged over pixels. The mean of
+    /// these is the variance of one estimate. Squared errors against an exact reference may be
+    /// given instead.
     pub trial_variances: Vec<f64>,
 }
 
-/// The number of trials below which no interval is reported: with four, t(95 %, 3) = 3.2 stretches
-/// it until it says nothing, and even so it depends on the trials being normal.
+/// The least number of trials for which an interval is reported. With four, t(95 %, 3) = 3.2 makes
+/// it so wide that it is of no use, and it still depends on the trials being normal.
 pub const LEAST_TRIALS: usize = 5;
 
-/// A fitted power law: the standard deviation is in proportion to N^`order`.
+/// A fitted power law: the standard deviation is proportional to N^`order`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Order {
     /// The exponent.
     pub order: f64,
-    /// Lower end of its confidence interval; NaN below [`LEAST_TRIALS`].
+    /// The lower end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
     pub ci_low: f64,
-    /// Upper end of its confidence interval; NaN below [`LEAST_TRIALS`].
+    /// The upper end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
     pub ci_high: f64,
     /// The smallest N that was fitted.
     pub n_min: f64,
-    /// The largest.
+    /// The largest N that was fitted.
     pub n_max: f64,
-    /// Number of N that were fitted.
+    /// The number of N that were fitted.
     #[serde(skip)]
     pub points: usize,
-    /// Squared residuals over their expectation, χ²/(points − 2): about one where a power law
-    /// holds, well above where the curve bends in the range. NaN for two points.
+    /// The squared residuals over their expectation, χ²/(points − 2): about one where a power law
+    /// holds, well above one where the curve bends within the range. NaN for two points.
     pub lack_of_fit: f64,
-    /// The slope between the last two N with its standard error, if the line is bent. `None`
+    /// The slope between the last two N with its standard error, if the curve bends. It is `None`
     /// where the slopes between neighbouring N are all within their intervals of `order`, where the
-    /// residuals are no larger than expected, and below [`LEAST_TRIALS`].
+    /// residuals are no larger than expected, and with fewer than [`LEAST_TRIALS`] trials.
     #[serde(skip)]
     pub last: Option<[f64; 2]>,
 }
 
-/// One point of the fit: ln N, ln sd and the standard error of ln sd.
+/// A point of the fit: `x` = ln N, `y` = ln sd, and the standard error of `y`.
 #[derive(Clone, Copy, Debug)]
 struct Logged {
     x: f64,
@@ -53,20 +58,24 @@ struct Logged {
     error: f64,
 }
 
-/// Fits what independent trials gave, with an interval of this confidence (0.95 for 95 %).
+/// Fits the order of convergence to the variances of independent trials, with an interval of this
+/// confidence (0.95 for 95 %).
 ///
 /// **Formula**: ln sd = ½ ln(mean of the trials' variances); weighted least squares over ln N. The
 /// weights come from the trials' spread, halfway between each point's own and the common one (with
-/// few trials a point's own spread is mostly luck, and low values come with small spreads). The
+/// few trials a point's own spread is mostly chance, and low values come with small spreads). The
 /// interval is ± t(confidence, T − 1) times the jackknife's standard error: of T refits without one
 /// trial each, √((T − 1)/T · Σ(slope − mean)²). Where all points have the same number of trials,
-/// whole trials are left out (a seed may tie neighbouring N together); else each point's alone, and
-/// T − 1 is the fewest trials' of a point.
+/// whole trials are left out (a seed may make neighbouring N similar); otherwise each point's
+/// trials are left out separately, and T − 1 is the fewest trials of any point less one.
+///
 /// **Domain**: points with at least two trials and a positive mean; `None` with fewer than two
-/// distinct N. Below [`LEAST_TRIALS`] there is no interval. **Coverage** of 95 % intervals by
-/// simulation: 94 to 96 % from 5, 8 and 30 trials over many pixels (the tests say of what), 96.2 %
-/// from 8 trials of skewed errors if these are nine tenths the same at all N; of one pixel, whose
-/// squared error is a χ² of one degree, up to 98 % if trials tie all N together.
+/// distinct N. With fewer than [`LEAST_TRIALS`] trials there is no interval.
+///
+/// **Coverage** of 95 % intervals by simulation: 94 to 96 % from 5, 8 and 30 trials over many
+/// pixels (the tests describe them), 96.2 % from 8 trials of skewed errors if these are to nine
+/// tenths the same at all N; for one pixel, whose squared error is a χ² of one degree, up to 98 %
+/// if trials make all N similar.
 ///
 /// ```
 /// use linelit_study::stats::slopes::{SlopePoint, fit_trials};
@@ -79,22 +88,27 @@ struct Logged {
 /// ```
 #[must_use]
 pub fn fit_trials(points: &[SlopePoint], confidence: f64) -> Option<Order> {
+    // Fit the line through all points.
     let mut points: Vec<&SlopePoint> = points.iter().filter(|point| usable(point)).collect();
     points.sort_by(|a, b| a.samples.total_cmp(&b.samples));
     let all = logged(&points, |_| None)?;
     let line = Line::through(&all)?;
+    // The half width of the interval of any slope that is computed from the points.
     let fewest = points.iter().map(|p| p.trial_variances.len()).min()?;
     let freedom = u32::try_from(fewest - 1).unwrap_or(u32::MAX);
     let half = |confidence, slope: &dyn Fn(&[Logged]) -> f64| match fewest < LEAST_TRIALS {
         true => f64::NAN,
         false => student::quantile(confidence, freedom) * standard_error(&points, slope),
     };
+    // Does the curve bend? Compare the slope between each pair of neighbours with the slope of all.
     let steps = points.len() - 1;
     let is_off = |k: usize| {
         let bend = |p: &[Logged]| slope(&p[k..k + 2]) - slope(p);
-        // Bonferroni: straight lines are off anywhere as often as one interval does not cover.
+        // By Bonferroni's correction, a straight line seems to bend at some pair as often as one
+        // interval fails to cover.
         bend(&all).abs() > half(1.0 - (1.0 - confidence) / steps as f64, &bend)
     };
+    // Put the results together.
     let last = |p: &[Logged]| slope(&p[steps - 1..]);
     let half = half(confidence, &slope);
     let lack_of_fit = match points.len() - 2 {
@@ -114,12 +128,14 @@ pub fn fit_trials(points: &[SlopePoint], confidence: f64) -> Option<Order> {
     })
 }
 
+/// Returns whether a point can be fitted: it has at least two trials and a positive mean.
 fn usable(point: &SlopePoint) -> bool {
     let mean = moments(&point.trial_variances).0;
     point.samples > 0.0 && point.trial_variances.len() >= 2 && mean > 0.0 && mean.is_finite()
 }
 
-/// Mean and squared standard error of the mean: Σ(v − mean)²/(n(n − 1)), in two passes.
+/// Returns the mean and the squared standard error of the mean, Σ(v − mean)²/(n(n − 1)), in two
+/// passes.
 pub(super) fn moments(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -127,7 +143,8 @@ pub(super) fn moments(values: &[f64]) -> (f64, f64) {
     (mean, square / (n * (n - 1.0)))
 }
 
-/// ln N and ln sd with shrunk errors, of each point without the trial that `left_out` names.
+/// Returns ln N and ln sd of each point, with errors drawn halfway to their mean. `left_out` names
+/// the trial of each point that is left out, if any. `None` if a point has no positive mean.
 fn logged(
     points: &[&SlopePoint],
     left_out: impl Fn(usize) -> Option<usize>,
@@ -142,17 +159,18 @@ fn logged(
         if mean <= 0.0 || mean.is_nan() {
             return None;
         }
-        // sd = √mean: its relative error is half that of the mean.
+        // sd = √mean, so that its relative error is half the error of the mean.
         logged.push(Logged {
             x: ln(point.samples),
             y: 0.5 * ln(mean),
             error: 0.25 * square / (mean * mean),
         });
     }
+    // Draw each point's error halfway to the common one.
     let common = logged.iter().map(|point| point.error).sum::<f64>() / logged.len() as f64;
     for point in &mut logged {
-        // Equal weights if the trials do not differ at all.
         let shrunk = 0.5 * (point.error + common);
+        // If the trials do not differ at all, give all points equal weights.
         point.error = if shrunk > 0.0 {
             shrunk.sqrt()
         } else {
@@ -162,8 +180,8 @@ fn logged(
     Some(logged)
 }
 
-/// The jackknife's standard error of a slope, of √((T − 1)/T · Σ(slope − mean)²) without each of T
-/// trials; NaN if leaving a trial out leaves no slope.
+/// Returns the jackknife's standard error of a slope, √((T − 1)/T · Σ(slope − mean)²) over the
+/// slopes without each of T trials; NaN if there is no slope without some trial.
 fn standard_error(points: &[&SlopePoint], slope: &dyn Fn(&[Logged]) -> f64) -> f64 {
     let count = |point: &SlopePoint| point.trial_variances.len();
     let alike = points.iter().all(|point| count(point) == count(points[0]));
@@ -179,19 +197,21 @@ fn standard_error(points: &[&SlopePoint], slope: &dyn Fn(&[Logged]) -> f64) -> f
     (0..groups).map(variance).sum::<f64>().sqrt()
 }
 
-/// A weighted least-squares line.
+/// A line fitted by weighted least squares: its slope and the weighted sum of its squared
+/// residuals.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     slope: f64,
     chi_square: f64,
 }
 
-/// The slope of the line through points; NaN if they have none.
+/// Returns the slope of the line through points; NaN if they have none.
 fn slope(points: &[Logged]) -> f64 {
     Line::through(points).map_or(f64::NAN, |line| line.slope)
 }
 
 impl Line {
+    /// Fits a line; `None` if the points do not have two distinct abscissae.
     fn through(points: &[Logged]) -> Option<Self> {
         let weight = |point: &Logged| 1.0 / (point.error * point.error);
         let sum = |value: &dyn Fn(&Logged) -> f64| -> f64 {
@@ -226,7 +246,7 @@ mod tests {
     /// The distribution of a trial's squared error, for a variance of one.
     #[derive(Clone, Copy, Debug)]
     enum Seen {
-        /// A mean of so many χ² variables of one degree: of normal errors of as many pixels.
+        /// The mean of this many χ² variables of one degree: normal errors of as many pixels.
         Pixels(u32),
         /// exp(z/2 − 1/8) of a normal z: more often far above than below.
         Skewed,
@@ -242,8 +262,8 @@ mod tests {
         }
     }
 
-    /// Trials of an estimator whose variance is N^(2·order); a share of what a trial sees is the
-    /// same at all N.
+    /// Simulates trials of an estimator whose variance is N^(2·order). A fraction of each trial's
+    /// variance is the same at all N.
     fn tied_trials(
         random: &mut Pcg64Mcg,
         order: f64,
@@ -292,9 +312,9 @@ mod tests {
         }
     }
 
-    /// Counts how many 95 % intervals hold the truth: 94 to 96 %, and the rate is a binomial's over
-    /// 4000 studies with a standard deviation of 0.0034: three and a half of them on top. No more
-    /// than what is left are called bent, as these lines are straight.
+    /// Counts how many 95 % intervals contain the true order: 94 to 96 %, with a margin of three
+    /// and a half standard deviations of 0.0034 (a binomial over 4000 studies). At most the
+    /// remaining fraction of fits may be reported as bent, since these lines are straight.
     #[test]
     #[allow(clippy::print_stdout, reason = "the figures, by --nocapture")]
     fn intervals_cover_as_often_as_they_say() {
@@ -327,7 +347,7 @@ mod tests {
         }
     }
 
-    /// ln of a mean of χ²'s is biased alike at every N: the slope is not.
+    /// The ln of a mean of χ² variables has the same bias at every N, so that the slope has none.
     #[test]
     fn slopes_are_right_in_the_mean() {
         let (studies, count, pixels) = (1000_u32, 8, 20);
@@ -364,7 +384,7 @@ mod tests {
         kinked[2].trial_variances.iter_mut().for_each(|v| *v *= 1.2);
         assert!(fit_trials(&kinked, 0.95).unwrap().last.is_some());
         for point in &mut points {
-            // A floor that the largest N runs into.
+            // The error has a floor, which the largest N reaches.
             point.trial_variances.iter_mut().for_each(|v| *v += 1e-5);
         }
         let bent = fit_trials(&points, 0.95).unwrap();

@@ -1,5 +1,5 @@
-//! Student's t: how much wider an interval must be when its width was itself estimated from few
-//! trials.
+//! Student's t distribution: how much wider an interval must be when its width was itself estimated
+//! from few trials.
 
 use linelit_elementary::{atan, sin_cos};
 
@@ -12,6 +12,7 @@ pub fn central_probability(t: f64, freedom: u32) -> f64 {
     let theta = atan(t / f64::from(freedom).sqrt());
     let (sin, cos) = sin_cos(theta);
     let square = cos * cos;
+    // Even degrees: sin θ (1 + ½ cos²θ + (1·3)/(2·4) cos⁴θ + …).
     if freedom.is_multiple_of(2) {
         let mut term = 1.0;
         let mut sum = 1.0;
@@ -21,6 +22,7 @@ pub fn central_probability(t: f64, freedom: u32) -> f64 {
         }
         return sin * sum;
     }
+    // Odd degrees: 2/π (θ + sin θ (cos θ + ⅔ cos³θ + …)).
     let mut term = cos;
     let mut sum = if freedom > 1 { cos } else { 0.0 };
     for k in (3..freedom).step_by(2) {

@@ -1,4 +1,4 @@
-//! The laws of a reflection.
+//! The laws of a reflection and its sampling.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 
 use super::technique::cell;
@@ -8,12 +8,12 @@ use crate::quadrature::cubature;
 use crate::rng::SplitMix64;
 use crate::ztest::{Welford, critical_z, z_score};
 
-/// The laws of a reflection and of how it is drawn, above a surface with the normal (0, 0, 1): what
-/// to check and how hard; build with [`Bsdf::new`] and the setters.
+/// A check of the laws of a reflection and of its sampling, above a surface with the normal (0, 0,
+/// 1); create it by [`Bsdf::new`] and its setters.
 ///
-/// A reflection is three closures of unit vectors that lead away from the surface: `eval(wi, wo)`
-/// its value in 1/sr, without the cosine; `sample(u, wo)` a direction wi, if any; `pdf(wi, wo)` its
-/// density in 1/sr.
+/// A reflection is three closures of unit vectors that point away from the surface: `eval(wi, wo)`
+/// is its value in 1/sr, without the cosine; `sample(u, wo)` is a direction wi, if any; `pdf(wi,
+/// wo)` is the density of that direction in 1/sr.
 ///
 /// ```
 /// use linelit_testkit::laws::Bsdf;
@@ -40,12 +40,12 @@ pub struct Bsdf {
     reciprocity: f64,
 }
 
-/// The measurements of a passing check.
+/// The measurements of a check that passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// ∫ f cos θ dω by quadrature: the share that is reflected.
+    /// ∫ f cos θ dω by quadrature: the fraction that is reflected.
     pub albedo: f64,
-    /// ∫ pdf dω above the surface: below one by what is drawn beneath it.
+    /// ∫ pdf dω above the surface; it is below one where samples are drawn below the surface.
     pub drawn: f64,
     /// The χ² test of the histogram of samples against the integrated pdf.
     pub chi2: ChiSquare,
@@ -53,18 +53,18 @@ pub struct Measured {
     pub z: f64,
 }
 
-/// Cells of the histogram, by the azimuth and by the cosine.
+/// The number of cells of the histogram, along the azimuth and along the cosine.
 const CELLS: usize = 16;
 
-/// Cells cut in half, and their halves again, so often at most: lobes about 2⁻¹⁰ of a cell.
+/// The largest number of times that a cell is halved: this resolves lobes of about 2⁻¹⁰ of a cell.
 const DEPTH: u32 = 10;
 
 /// The absolute error of the integral over a cell.
 const CELL: f64 = 2e-6;
 
 impl Bsdf {
-    /// Checks with 100 000 samples, α = 10⁻⁴ for each of its tests, seed 1, an albedo up to one,
-    /// reciprocity to 10⁻⁸, and nothing drawn below the surface.
+    /// Creates a check with 100 000 samples, α = 10⁻⁴ for each of its tests, seed 1, an albedo up
+    /// to one, reciprocity to 10⁻⁸, and no samples below the surface.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -77,43 +77,44 @@ impl Bsdf {
         }
     }
 
-    /// Sets the number of samples to draw.
+    /// Sets the number of samples.
     #[must_use]
     pub fn samples(mut self, samples: usize) -> Self {
         self.samples = samples;
         self
     }
 
-    /// The level of each statistical test; [`sidak`](crate::chi2::sidak) of it for several.
+    /// Sets the level of each statistical test; use [`sidak`](crate::chi2::sidak) of it for several
+    /// checks.
     #[must_use]
     pub fn alpha(mut self, alpha: f64) -> Self {
         self.alpha = alpha;
         self
     }
 
-    /// The seed of the uniform numbers.
+    /// Sets the seed of the uniform numbers.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// The largest albedo, of models that are known to reflect more than they get.
+    /// Sets the largest albedo, for models that are known to reflect more than they receive.
     #[must_use]
     pub fn most(mut self, albedo: f64) -> Self {
         self.most = albedo;
         self
     }
 
-    /// The largest share that may be drawn below the surface, as microfacets do.
+    /// Sets the largest fraction that may be drawn below the surface, as microfacets do.
     #[must_use]
     pub fn lost(mut self, share: f64) -> Self {
         self.lost = share;
         self
     }
 
-    /// The relative difference that f(wi, wo) and f(wo, wi) may have; infinite for models that are
-    /// not reciprocal.
+    /// Sets the relative difference that f(wi, wo) and f(wo, wi) may have; infinite for models that
+    /// are not reciprocal.
     #[must_use]
     pub fn reciprocity(mut self, relative: f64) -> Self {
         self.reciprocity = relative;
@@ -135,13 +136,13 @@ impl Bsdf {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// Checks the laws as [`Bsdf::check`] does, returning the one that is broken.
+    /// Checks the laws as [`Bsdf::check`] does, and returns a broken one.
     ///
-    /// The laws: values are finite, not negative and the same the other way round; no more is
-    /// reflected than arrives; the density integrates to one; samples are unit vectors with a
-    /// positive density, which follow it by a χ² test; and the mean of f cos θ/pdf over them is the
-    /// albedo by quadrature, by a z test, whose standard error cannot be trusted of lobes that are
-    /// drawn by much too narrow a density.
+    /// The laws: values are finite, not negative and reciprocal; no more is reflected than arrives;
+    /// the density integrates to one; samples are unit vectors with a positive density, which
+    /// follow it by a χ² test; and the mean of f cos θ/pdf over them is the albedo by quadrature,
+    /// by a z test. The standard error of this mean is unreliable for lobes that are sampled by a
+    /// much too narrow density.
     ///
     /// # Errors
     /// The first broken law.
@@ -152,13 +153,15 @@ impl Bsdf {
         sample: impl Fn([f64; 2], [f64; 3]) -> Option<[f64; 3]>,
         pdf: impl Fn([f64; 3], [f64; 3]) -> f64,
     ) -> Result<Measured, Broken> {
+        // Check reciprocity and the albedo.
         self.reciprocal(wo, &eval)?;
         let albedo: f64 = masses(|w| eval(w, wo) * w[2]).iter().sum();
-        // As many cells, each to its own error.
+        // All cells together may be off by the errors of each.
         let error = (CELLS * CELLS) as f64 * CELL;
         if albedo.is_nan() || albedo > self.most + error {
             return self.broken(format!("it reflects {albedo:?}, more than {}", self.most));
         }
+        // Check the integral of the density.
         let mut expected = masses(|w| pdf(w, wo));
         let drawn: f64 = expected.iter().sum();
         if !(1.0 - self.lost - error..=1.0 + error).contains(&drawn) {
@@ -167,6 +170,7 @@ impl Bsdf {
                 "∫ pdf = {drawn:?}, not 1 (or less by up to {lost})"
             ));
         }
+        // Draw samples, and check them against the density.
         let (observed, mean) = self.draw(wo, eval, sample, pdf)?;
         expected.push((1.0 - drawn).max(0.0));
         for mass in &mut expected {
@@ -176,6 +180,7 @@ impl Bsdf {
         if chi2.p_value < self.alpha {
             return self.broken(format!("samples do not follow the pdf: {chi2:?}"));
         }
+        // Check the mean against the albedo.
         let z = z_score(mean.mean(), albedo, mean.standard_error().hypot(error));
         if z.is_nan() || z.abs() > critical_z(self.alpha) {
             let mean = mean.mean();
@@ -191,6 +196,7 @@ impl Bsdf {
         })
     }
 
+    /// Checks values and reciprocity at 500 random directions.
     fn reciprocal(
         &self,
         wo: [f64; 3],
@@ -215,7 +221,8 @@ impl Bsdf {
         Ok(())
     }
 
-    /// The histogram of samples, with a cell for those below the surface, and f cos/pdf.
+    /// Draws samples: returns their histogram, with a cell for samples below the surface, and the
+    /// mean of f cos/pdf.
     fn draw(
         &self,
         wo: [f64; 3],
@@ -228,11 +235,13 @@ impl Bsdf {
         let locate = surface::hemisphere().locate;
         for _ in 0..self.samples {
             let u = [rng.next_f64(), rng.next_f64()];
+            // Samples below the surface are counted, and reflect zero.
             let Some((wi, at)) = sample(u, wo).and_then(|w| Some((w, locate(w)?))) else {
                 observed[CELLS * CELLS] += 1;
                 mean.push(0.0);
                 continue;
             };
+            // Check and count a sample above the surface.
             let length = wi.iter().map(|x| x * x).sum::<f64>();
             let density = pdf(wi, wo);
             if (length - 1.0).abs() > 1e-9 || !(density > 0.0 && density.is_finite()) {
@@ -244,6 +253,7 @@ impl Bsdf {
         Ok((observed, mean))
     }
 
+    /// Returns the error of a broken law.
     fn broken<T>(&self, story: String) -> Result<T, Broken> {
         Err(Broken {
             message: format!("{} (seed {}): {story}", self.name, self.seed),
@@ -251,7 +261,7 @@ impl Bsdf {
     }
 }
 
-/// Integrals over the cells of the hemisphere.
+/// Returns the integrals over the cells of the hemisphere.
 fn masses(f: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
     let place = surface::hemisphere().place;
     let edge = |i: usize| i as f64 / CELLS as f64;

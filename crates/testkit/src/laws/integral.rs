@@ -1,11 +1,11 @@
-//! The laws of a closed form: it is what quadrature says, and its parts add up.
+//! The laws of a closed form: it agrees with quadrature, and its parts add up.
 
 use super::technique::masses_2d;
 use super::{Broken, Surface};
 use crate::quadrature::gauss_kronrod_to;
 
-/// The laws of a closed form of an integral: what to check and how hard; build with
-/// [`Integral::new`] and the setters.
+/// A check of the laws of a closed form of an integral; create it by [`Integral::new`] and its
+/// setter.
 ///
 /// ```
 /// use linelit_testkit::laws::{Integral, surface};
@@ -23,7 +23,7 @@ pub struct Integral {
     tolerance: f64,
 }
 
-/// The measurements of a passing check.
+/// The measurements of a check that passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// The integral by the closed form.
@@ -34,14 +34,14 @@ pub struct Agreement {
     pub error: f64,
 }
 
-/// The relative error that quadrature is asked for, of the integral of the magnitude.
+/// The relative error that quadrature aims at, relative to the integral of the magnitude.
 const QUADRATURE: f64 = 1e-13;
 
-/// Parts that a domain is cut into.
+/// The number of parts that a domain is cut into.
 const PARTS: u32 = 7;
 
 impl Integral {
-    /// Agreement to 10⁻¹² of the integral of the magnitude.
+    /// Creates a check with a tolerance of 10⁻¹² of the integral of the magnitude.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -49,9 +49,9 @@ impl Integral {
         }
     }
 
-    /// Sets the tolerance of the closed form against quadrature, beside the quadrature's own error,
-    /// and of the whole against the sum of its parts, relative to the integral of the magnitude: it
-    /// is for the rounding of the closed form's arguments.
+    /// Sets the tolerance of the closed form against quadrature, in addition to the quadrature's
+    /// own error, and of the whole against the sum of its parts. It is relative to the integral of
+    /// the magnitude, and allows for the rounding of the closed form's arguments.
     #[must_use]
     pub fn tolerance(mut self, relative: f64) -> Self {
         self.tolerance = relative;
@@ -72,11 +72,11 @@ impl Integral {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// Checks the laws as [`Integral::check_1d`] does, returning the one that is broken.
+    /// Checks the laws as [`Integral::check_1d`] does, and returns a broken one.
     ///
     /// The laws of `closed(a, b)`, the integral of `integrand` from a to b: over the whole domain
-    /// and over each of seven parts it is what adaptive Gauss–Kronrod quadrature finds, the parts
-    /// sum to the whole, and over nothing it is zero.
+    /// and over each of seven parts it agrees with adaptive Gauss–Kronrod quadrature, the parts sum
+    /// to the whole, and over an empty interval it is zero.
     ///
     /// # Errors
     /// The first broken law.
@@ -86,6 +86,7 @@ impl Integral {
         mut closed: impl FnMut(f64, f64) -> f64,
         mut integrand: impl FnMut(f64) -> f64,
     ) -> Result<Agreement, Broken> {
+        // Compare with quadrature, to a tolerance relative to the integral of the magnitude.
         let magnitude = gauss_kronrod_to(|x| integrand(x).abs(), a, b, 1e-9, 0.0)
             .value
             .abs();
@@ -101,6 +102,7 @@ impl Integral {
             self.agrees(agreement, allowed, || format!("over [{a:?}, {b:?}]"))
                 .map(|()| agreement)
         };
+        // Compare the whole and each part, and sum the parts.
         let whole = held(a, b)?;
         let cut = |i: u32| a + (b - a) * (f64::from(i) / f64::from(PARTS));
         let mut sum = 0.0;
@@ -111,6 +113,7 @@ impl Integral {
         if (sum - whole.closed).abs() > allowed {
             return self.broken(format!("the parts sum to {sum:?}, not {:?}", whole.closed));
         }
+        // Integrate over an empty interval.
         let nothing = closed(b, b);
         if nothing.is_nan() || nothing.abs() > allowed {
             return self.broken(format!("over nothing it is {nothing:?}"));
@@ -135,11 +138,11 @@ impl Integral {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// Checks the law as [`Integral::check_2d`] does, returning it if it is broken.
+    /// Checks the law as [`Integral::check_2d`] does, and returns it if it is broken.
     ///
-    /// The law of `closed`, the integral of `integrand` over the surface: it is what the
-    /// Gauss–Legendre rule of 12 × 12 nodes finds in 16 × 16 cells, whose error is its difference
-    /// from that of 8 × 8.
+    /// The law of `closed`, the integral of `integrand` over the surface: it agrees with the
+    /// Gauss–Legendre rule of 12 × 12 nodes in 16 × 16 cells, whose error is estimated by the
+    /// difference from the rule of 8 × 8 nodes.
     ///
     /// # Errors
     /// If it is broken.
@@ -165,6 +168,7 @@ impl Integral {
         Ok(agreement)
     }
 
+    /// Checks an agreement against a tolerance; `place` describes the domain.
     fn agrees(
         &self,
         Agreement {
@@ -182,7 +186,8 @@ impl Integral {
                 place()
             ));
         }
-        // Else an integrand that quadrature cannot follow would allow anything.
+        // If quadrature cannot follow the integrand, its large error must not allow any closed
+        // form.
         if error > allowed.max(1e-3 * closed.abs()) {
             return self.broken(format!(
                 "quadrature {} is off by {error:.1e} itself",
@@ -192,6 +197,7 @@ impl Integral {
         Ok(())
     }
 
+    /// Returns the error of a broken law.
     fn broken<T>(&self, story: String) -> Result<T, Broken> {
         Err(Broken {
             message: format!("{}: {story}", self.name),
@@ -229,7 +235,8 @@ mod tests {
             let broken = cubic().try_1d([-1.0, 2.0], closed, |x| x.powi(3));
             broken.unwrap_err().message
         };
-        // One in 10¹¹; right but for the whole; right of nothing but the whole and its parts.
+        // A relative error of 4·10⁻¹¹; a form that is right only over the whole domain; a form that
+        // is right except over an empty interval.
         assert!(story(|a, b| (b.powi(4) - a.powi(4)) * (0.25 + 1e-11)).contains("apart"));
         let whole_only = |a: f64, b: f64| if b - a > 2.9 { 3.75 } else { 0.0 };
         assert!(story(whole_only).contains("apart"));
@@ -243,7 +250,7 @@ mod tests {
         assert!(story(nothing).contains("nothing"));
         let triangle = surface::triangle([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert!(cubic().try_2d(&triangle, 0.166_666, |p| p[0]).is_err());
-        // Nor is a jump that quadrature has not found.
+        // A jump that quadrature has not found is not accepted either.
         assert!(
             cubic()
                 .try_2d(&triangle, 0.25, |p| f64::from(p[0] > 0.3))

@@ -1,32 +1,34 @@
-//! The density of what is drawn, by how far samples move apart where their numbers do: without
-//! chance, to six digits where a histogram sees two.
+//! The density of a sampler from derivatives of its samples by their random numbers. There is no
+//! randomness in it, so that it checks six digits where a histogram checks two.
 
-/// Differences that are surer than this count as held.
+/// Differences with an estimated error below this are compared.
 const SURE: f64 = 1e-8;
 
-/// Numbers at which densities are looked at.
+/// The number of positions at which densities are compared.
 const PLACES: u32 = 200;
 
-/// Steps of the differences, of the distance to the nearer end of [0, 1].
+/// The steps of the differences, relative to the distance to the nearer end of [0, 1].
 const STEPS: [f64; 3] = [1.0 / 128.0, 1.0 / 181.0, 1.0 / 256.0];
 
-/// A place where samples are spread over another measure than the density says.
+/// A position where samples are spread over another measure than the density says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Off {
     pub(super) at: Vec<f64>,
-    /// The density times the measure that numbers are spread over: not one.
+    /// The density times the measure over which samples are spread; it should be one.
     pub(super) product: f64,
 }
 
-/// Whether `density(u)`, the density of the sample of some uniform numbers by the measure of the
-/// coordinates that `coordinates(u)` gives of it, is one over the determinant of their derivatives
-/// by the numbers: at 200 places, as far as differences are sure there (not across a corner of the
-/// density, or a seam of the coordinates). The share of places where they are.
+/// Checks that a density is the inverse of the Jacobian determinant of the sampling.
+/// `coordinates(u)` returns coordinates of the sample of the uniform numbers `u`, and `density(u)`
+/// its density by their measure. Returns the fraction of 200 positions at which the derivatives are
+/// accurate enough to compare (they are not across a corner of the density or a seam of the
+/// coordinates).
 ///
-/// Differences of the fourth order with three steps, the last of them half of the first: the finest
-/// one, and how far the others are from it, which is 15 times its error where the map is smooth and
-/// more than its error elsewhere; with three, rounding seldom looks sure. Densities may be off by
-/// `tolerance`, relative to themselves, and that.
+/// The derivatives are differences of the fourth order with three steps, the last of which is half
+/// of the first. The result of the finest step is used. Its distance from the other two is 15 times
+/// its error where the map is smooth, and more than its error elsewhere; with three steps, rounding
+/// errors seldom agree by chance. Densities may be off by `tolerance`, relative to themselves, and
+/// by that distance.
 pub(super) fn densities<const N: usize>(
     tolerance: f64,
     mut coordinates: impl FnMut([f64; N]) -> Option<[f64; N]>,
@@ -35,17 +37,20 @@ pub(super) fn densities<const N: usize>(
     let mut sure = 0.0;
     for k in 0..PLACES {
         let u = place(k);
+        // The determinant with each of the three steps.
         let by = STEPS.map(|step| spread(&mut coordinates, u, step));
         let [Some(coarse), Some(middle), Some(fine)] = by else {
             continue;
         };
         let product = density(u) * fine;
+        // Skip positions where the three disagree.
         let apart = |other: f64| (other / fine - 1.0).abs();
         let error = apart(coarse).max(apart(middle));
         if !(error < SURE) {
             continue;
         }
         sure += 1.0 / f64::from(PLACES);
+        // The density times the determinant has to be one.
         if !((product - 1.0).abs() <= tolerance + error) {
             return Err(Off {
                 at: u.to_vec(),
@@ -56,13 +61,15 @@ pub(super) fn densities<const N: usize>(
     Ok(sure)
 }
 
-/// The k-th of evenly spread places inside (0, 1): by the powers of the root of x³ = x + 1.
+/// Returns the k-th of evenly spread positions inside (0, 1), by the powers of the inverse of the
+/// root of x³ = x + 1 (the plastic number).
 fn place<const N: usize>(k: u32) -> [f64; N] {
     const ROOTS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     std::array::from_fn(|i| ((f64::from(k) + 0.5) * ROOTS[i]).fract())
 }
 
-/// The absolute determinant of the derivatives; `None` where there is none to be had.
+/// Returns the absolute determinant of the derivatives, or `None` if a sample or a positive
+/// determinant is missing.
 fn spread<const N: usize>(
     coordinates: &mut impl FnMut([f64; N]) -> Option<[f64; N]>,
     u: [f64; N],
@@ -97,7 +104,7 @@ mod tests {
         assert!(densities(3e-7, ramp, |[u]| 2.0 * u.sqrt()).unwrap() > 0.99);
         let off = densities(3e-7, ramp, |[u]| 2.0 * u.sqrt() * (1.0 + 1e-6)).unwrap_err();
         assert!((off.product - 1.0 - 1e-6).abs() < 1e-8, "{off:?}");
-        // Two places that lie across each other: (u + v², v u).
+        // A map whose coordinates depend on both numbers: (u + v², v u).
         let both = |[u, v]: [f64; 2]| Some([u + v * v, v * u]);
         let inverse = |[u, v]: [f64; 2]| 1.0 / (u - 2.0 * v * v).abs();
         assert!(densities(3e-7, both, inverse).unwrap() > 0.8);
@@ -109,7 +116,7 @@ mod tests {
         let bent = |[u]: [f64; 1]| Some([if u < 0.5 { u } else { 2.0 * u - 0.5 }]);
         let share = densities(3e-7, bent, |[u]| if u < 0.5 { 1.0 } else { 0.5 }).unwrap();
         assert!((0.9..1.0).contains(&share), "{share}");
-        // What moves by chance is nowhere sure.
+        // Differences of random samples are accurate nowhere.
         let mut rng = crate::rng::SplitMix64::new(1);
         assert!(
             densities(

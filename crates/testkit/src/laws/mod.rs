@@ -1,9 +1,9 @@
-//! Laws that anyone can hold their own light techniques, closed forms and reflections to:
-//! [`Technique`], [`Integral`] and [`Bsdf`].
+//! Laws to check techniques, closed forms and reflections by, your own too: [`Technique`],
+//! [`Integral`] and [`Bsdf`].
 //!
-//! All take closures over plain numbers and arrays, and know no type of any other crate. A law
-//! that is broken is an error that says which, where and by how much ([`Broken`]); `check_…`
-//! panics with it, `try_…` returns it. Inputs from proptest make a property of each:
+//! All take closures over plain numbers and arrays, and know no type of any other crate. A broken
+//! law is an error that states which law, where and by how much ([`Broken`]); `check_…` panics
+//! with it, `try_…` returns it. With inputs from proptest each check becomes a property:
 //!
 //! ```
 //! use linelit_testkit::laws::Integral;
@@ -28,10 +28,10 @@ pub use technique::{Report, Technique};
 
 use std::fmt;
 
-/// A broken law, as a message.
+/// The error of a broken law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
-    /// The name of what broke it, and the story.
+    /// The name of the technique, closed form or reflection, and the law that it broke.
     pub message: String,
 }
 

@@ -1,4 +1,4 @@
-//! Surfaces that techniques draw points of, and integrals run over.
+//! Surfaces for checks: techniques draw points of them, and integrals run over them.
 #![allow(clippy::disallowed_methods, reason = "no pixel depends on it")]
 #![allow(
     clippy::type_complexity,
@@ -7,23 +7,25 @@
 
 use std::f64::consts::TAU;
 
-/// A surface as a map from the unit square, with the map back: what
-/// [`Technique::try_2d`](super::Technique::try_2d) counts samples on and integrates over.
+/// A surface as a map from the unit square, with its inverse.
+/// [`Technique::try_2d`](super::Technique::try_2d) counts samples in the square and integrates over
+/// it.
 ///
-/// `place` gives a point and the measure of the surface there over that of the square (|∂p/∂u ×
-/// ∂p/∂v| for areas); `locate` gives the place in the square back.
+/// `place` returns a point and the ratio of the measure of the surface there to the measure of the
+/// square (|∂p/∂u × ∂p/∂v| for areas); `locate` returns the position in the square.
 #[derive(Clone, Debug)]
 pub struct Surface<P, L> {
     /// The map from the square to the surface.
     pub place: P,
     /// The map from the surface to the square; `None` for points off the surface.
     pub locate: L,
-    /// Values of the first coordinate at which densities have a corner or jump.
+    /// The values of the first coordinate at which densities have a corner or jump.
     pub seams: Vec<f64>,
 }
 
 type Vector = [f64; 3];
 
+/// Returns a + `factor` b.
 fn sum(a: Vector, b: Vector, factor: f64) -> Vector {
     [0, 1, 2].map(|k| a[k] + factor * b[k])
 }
@@ -36,19 +38,19 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [[1, 2], [2, 0], [0, 1]].map(|[i, j]| a[i] * b[j] - a[j] * b[i])
 }
 
-/// Coordinates of a vector of the plane along two others.
+/// Returns the coordinates of a vector of the plane along two others.
 fn along(w: Vector, u: Vector, v: Vector) -> [f64; 2] {
     let n = cross(u, v);
     [dot(cross(w, v), n), dot(cross(u, w), n)].map(|x| x / dot(n, n))
 }
 
-/// Clamps coordinates to the square if rounding moved them off it by 1e-9 at most.
+/// Clamps coordinates to the square if rounding moved them off it by at most 1e-9.
 fn inside(at: [f64; 2]) -> Option<[f64; 2]> {
     let near = at.iter().all(|x| (-1e-9..=1.0 + 1e-9).contains(x));
     near.then(|| at.map(|x| x.clamp(0.0, 1.0)))
 }
 
-/// The parallelogram `o + s u + t v`, by area.
+/// Returns the parallelogram `o + s u + t v`, by area.
 pub fn parallelogram(
     o: Vector,
     u: Vector,
@@ -63,8 +65,8 @@ pub fn parallelogram(
     }
 }
 
-/// The triangle of three corners, by area: `a + t ((b − a) + s (c − b))`, of which t shrinks to the
-/// first corner.
+/// Returns the triangle of three corners, by area: `a + t ((b − a) + s (c − b))`, where t = 0 is
+/// the first corner.
 pub fn triangle(
     a: Vector,
     b: Vector,
@@ -83,7 +85,8 @@ pub fn triangle(
     }
 }
 
-/// Directions above z = 0, by solid angle: the azimuth over 2π, and the cosine.
+/// Returns the directions above z = 0, by solid angle; the coordinates are the azimuth over 2π and
+/// the cosine.
 pub fn hemisphere()
 -> Surface<impl Fn([f64; 2]) -> (Vector, f64), impl Fn(Vector) -> Option<[f64; 2]>> {
     Surface {

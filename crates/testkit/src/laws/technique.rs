@@ -1,6 +1,6 @@
 //! The four laws of a sampler in one call: its histogram follows its pdf, its pdf integrates to
-//! one, samples move apart as their pdf says, and sample → invert → sample returns to the same
-//! place.
+//! one, its pdf is the inverse of the Jacobian of its samples, and the inverse of a sample returns
+//! to the same sample.
 
 use super::jacobian::{Off, densities};
 use super::{Broken, Surface};
@@ -9,11 +9,11 @@ use crate::quadrature::{gauss_kronrod, gauss_legendre};
 use crate::rng::SplitMix64;
 use std::cell::RefCell;
 
-/// The laws of a technique that draws places, points or directions: what to check and how hard;
-/// build with [`Technique::new`] and the setters.
+/// A check of the laws of a technique that draws numbers, points or directions; create it by
+/// [`Technique::new`] and its setters.
 ///
 /// A technique is three closures: `sample` maps uniform numbers in [0, 1) into the domain, `pdf` is
-/// the density with respect to the domain's own measure (zero where nothing is sampled), `invert`
+/// the density with respect to the domain's own measure (zero where no samples are drawn), `invert`
 /// maps a point back to uniform numbers.
 ///
 /// ```
@@ -46,7 +46,7 @@ pub struct Technique {
     density: f64,
 }
 
-/// The measurements of a passing check.
+/// The measurements of a check that passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
     /// The χ² test of the histogram against the integrated pdf.
@@ -55,17 +55,17 @@ pub struct Report {
     pub integral: f64,
     /// The error estimate of that integral.
     pub integral_error: f64,
-    /// The largest error of a round trip, of the uniform number.
+    /// The largest error of a round trip, in the uniform number.
     pub round_trip: f64,
-    /// The share of places at which differences of samples hold the pdf.
+    /// The fraction of positions at which derivatives of samples were compared with the pdf.
     pub sure: f64,
 }
 
-/// Quadrature cannot vouch for an integral whose own error estimate exceeds this.
+/// The largest error estimate of an integral that is accepted.
 const WORST_INTEGRAL_ERROR: f64 = 5e-3;
 
 impl Technique {
-    /// Checks with 100 000 samples, 64 bins, α = 10⁻⁴, seed 1, round trips to 2⁻⁴⁰.
+    /// Creates a check with 100 000 samples, 64 bins, α = 10⁻⁴, seed 1, and round trips to 2⁻⁴⁰.
     ///
     /// The level is low because each run uses a fixed seed: a correct sampler fails with
     /// probability α once, when the test is written, and never after. Pass
@@ -87,7 +87,7 @@ impl Technique {
         }
     }
 
-    /// Sets the number of samples to draw.
+    /// Sets the number of samples.
     #[must_use]
     pub fn samples(mut self, samples: usize) -> Self {
         self.samples = samples;
@@ -101,21 +101,21 @@ impl Technique {
         self
     }
 
-    /// The level of the χ² test.
+    /// Sets the level of the χ² test.
     #[must_use]
     pub fn alpha(mut self, alpha: f64) -> Self {
         self.alpha = alpha;
         self
     }
 
-    /// The seed of the uniform numbers.
+    /// Sets the seed of the uniform numbers.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// The allowed error of round trips, of the uniform number where places are exact (see
+    /// Sets the allowed error of round trips, in the uniform number, if positions are exact (see
     /// [`Technique::resolution`]).
     #[must_use]
     pub fn round_trip(mut self, tolerance: f64) -> Self {
@@ -123,47 +123,49 @@ impl Technique {
         self
     }
 
-    /// Sets how far rounding moves a place of the domain; round trips may be off by that times the
-    /// pdf, too. The default is the tolerance of round trips times the domain's extent.
+    /// Sets how far rounding moves a position in the domain; round trips may additionally be off by
+    /// this distance times the pdf. The default is the tolerance of round trips times the domain's
+    /// extent.
     #[must_use]
     pub fn resolution(mut self, distance: f64) -> Self {
         self.resolution = Some(distance);
         self
     }
 
-    /// Sets how far from one the integral of the pdf may be beside the quadrature's own error: 1e-9
-    /// by default.
+    /// Sets how far the integral of the pdf may be from one, in addition to the quadrature's own
+    /// error: 1e-9 by default.
     #[must_use]
     pub fn mass(mut self, tolerance: f64) -> Self {
         self.mass = tolerance;
         self
     }
 
-    /// Sets how far the pdf may be from differences of samples, relative to itself: 3e-7 by
-    /// default; techniques that find their samples to a tolerance need more.
+    /// Sets how far the pdf may be from the derivatives of samples, relative to itself: 3e-7 by
+    /// default. Techniques that find their samples to a tolerance need more.
     #[must_use]
     pub fn density(mut self, tolerance: f64) -> Self {
         self.density = tolerance;
         self
     }
 
-    /// Sets the least share of places at which differences of samples have to be sure to 1e-8: by
-    /// default a fifth. Less where rounding of places, or corners of the pdf, leave fewer.
+    /// Sets the least fraction of positions at which derivatives of samples have to be accurate to
+    /// 1e-8: by default a fifth. Set a lower one where rounding of positions, or corners of the
+    /// pdf, leave fewer.
     #[must_use]
     pub fn sure(mut self, share: f64) -> Self {
         self.sure = share;
         self
     }
 
-    /// Places where the pdf jumps or has a corner: the quadrature stops there.
+    /// Sets the positions where the pdf jumps or has a corner, at which the quadrature splits.
     #[must_use]
     pub fn kinks(mut self, places: &[f64]) -> Self {
         self.kinks = places.to_vec();
         self
     }
 
-    /// The borders of the bins, ascending from one end of the domain to the other, in place
-    /// of bins of equal width.
+    /// Sets the borders of the bins, ascending from one end of the domain to the other, instead of
+    /// bins of equal width.
     #[must_use]
     pub fn cells(mut self, borders: Vec<f64>) -> Self {
         self.cells = borders;
@@ -185,13 +187,14 @@ impl Technique {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// Checks the laws as [`Technique::check_1d`] does, returning the one that is broken.
+    /// Checks the laws as [`Technique::check_1d`] does, and returns a broken one.
     ///
     /// The laws: every sample lies in the domain and has a positive, finite pdf; `invert` recovers
     /// its uniform number, to [`Technique::round_trip`] and [`Technique::resolution`] times the
     /// pdf; the histogram passes a χ² test against the pdf integrated over each bin, between its
-    /// [`Technique::kinks`] to 1e-10; these integrals sum to one; and the pdf is to 3e-7 the
-    /// inverse of how far samples move for their number, by differences, wherever these are sure.
+    /// [`Technique::kinks`], to 1e-10; these integrals sum to one; and the pdf is, to 3e-7, the
+    /// inverse of the derivative of the sample by its number, wherever differences are accurate
+    /// enough.
     ///
     /// # Errors
     /// The first broken law.
@@ -202,6 +205,7 @@ impl Technique {
         mut pdf: impl FnMut(f64) -> f64,
         mut invert: impl FnMut(f64) -> Option<f64>,
     ) -> Result<Report, Broken> {
+        // Divide the domain into bins.
         let [low, high] = domain;
         let equal = |i: usize| low + (high - low) * (i as f64 / self.bins as f64);
         let borders = match self.cells.as_slice() {
@@ -209,6 +213,7 @@ impl Technique {
             told => told.to_vec(),
         };
         let bins = borders.len() - 1;
+        // Draw samples, and invert each.
         let mut histogram = vec![0_u64; bins];
         let mut rng = SplitMix64::new(self.seed);
         let mut worst = 0.0_f64;
@@ -223,6 +228,7 @@ impl Technique {
             histogram[borders[1..bins].partition_point(|b| *b <= x)] += 1;
             worst = worst.max(self.trip(u, x, pdf(x), invert(x), high - low)?);
         }
+        // Check the integral of the pdf, and the histogram against it.
         let (masses, error) = self.masses(&borders, &mut pdf);
         let integral = masses.iter().sum();
         self.normalised(integral, error, self.mass)?;
@@ -230,6 +236,7 @@ impl Technique {
         let chi2 = self.fits(&histogram, &expected, |i| {
             format!("{:.4}", 0.5 * (borders[i] + borders[i + 1]))
         })?;
+        // Check the pdf against derivatives of the samples.
         let sure = self.spread({
             let places = RefCell::new(&mut sample);
             let draw = |u| (places.borrow_mut())(u);
@@ -267,13 +274,14 @@ impl Technique {
             .unwrap_or_else(|broken| panic!("{broken}"))
     }
 
-    /// Checks the laws as [`Technique::check_2d`] does, returning the one that is broken.
+    /// Checks the laws as [`Technique::check_2d`] does, and returns a broken one.
     ///
-    /// The laws are those of [`Technique::try_1d`], with a quarter of its bins along each
-    /// coordinate of the surface, the pdf integrated over each by the Gauss–Legendre rule of
-    /// 12 × 12 nodes (its error: the difference from that of 8 × 8), and round trips measured
-    /// between points: that of a sample's inverse lies within [`Technique::resolution`] of the
-    /// sample, or else [`Technique::round_trip`] times the surface's extent.
+    /// The laws are the same as for [`Technique::try_1d`], with these differences. There are a
+    /// quarter of its bins along each coordinate of the surface. The pdf is integrated over each
+    /// bin by the Gauss–Legendre rule of 12 × 12 nodes, whose error is estimated by the difference
+    /// from the rule of 8 × 8 nodes. Round trips are measured between points: the sample of a
+    /// sample's inverse has to lie within [`Technique::resolution`] of the sample or, if that is
+    /// not set, within [`Technique::round_trip`] times the surface's extent.
     ///
     /// # Errors
     /// The first broken law.
@@ -288,6 +296,7 @@ impl Technique {
         P: Fn([f64; 2]) -> ([f64; 3], f64),
         L: Fn([f64; 3]) -> Option<[f64; 2]>,
     {
+        // Find the extent of the surface, and the allowed distance of round trips.
         let bins = (self.bins / 4).max(2);
         let corners =
             [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|c| (surface.place)(c).0);
@@ -296,6 +305,7 @@ impl Technique {
             .map(|c| distance(*c, corners[0]))
             .fold(0.0, f64::max);
         let near = self.resolution.unwrap_or(self.round_trip * extent);
+        // Draw samples, and invert each.
         let mut histogram = vec![0_u64; bins * bins];
         let mut rng = SplitMix64::new(self.seed);
         let mut worst = 0.0_f64;
@@ -321,6 +331,7 @@ impl Technique {
             }
             worst = worst.max(error);
         }
+        // Check the integral of the pdf, and the histogram against it.
         let (masses, error) = masses_2d(surface, bins, &mut pdf);
         let integral = masses.iter().sum();
         self.normalised(integral, error, self.mass)?;
@@ -330,6 +341,7 @@ impl Technique {
             let (p, _) = (surface.place)([middle(i / bins), middle(i % bins)]);
             format!("{p:.4?}")
         })?;
+        // Check the pdf against derivatives of the samples.
         let sure = self.spread_2d(surface, &mut sample, &mut pdf)?;
         Ok(Report {
             chi2,
@@ -340,6 +352,7 @@ impl Technique {
         })
     }
 
+    /// Compares the pdf with derivatives of samples on a surface.
     fn spread_2d<P, L>(
         &self,
         surface: &Surface<P, L>,
@@ -363,7 +376,8 @@ impl Technique {
         ))
     }
 
-    /// Checks the pdf against differences of samples.
+    /// Turns the result of the comparison of the pdf with derivatives of samples into that of a
+    /// law.
     fn spread(&self, found: Result<f64, Off>) -> Result<f64, Broken> {
         match found {
             Err(Off { at, product }) => self.broken(format!(
@@ -377,7 +391,7 @@ impl Technique {
         }
     }
 
-    /// Returns how far the inverse of a sample is from the sample's random number.
+    /// Returns the distance of the inverse of a sample from the sample's random number.
     fn trip(
         &self,
         u: f64,
@@ -403,7 +417,7 @@ impl Technique {
         Ok(error)
     }
 
-    /// The integrals of the pdf over the bins, and their estimated error together.
+    /// Returns the integrals of the pdf over the bins, and the sum of their estimated errors.
     fn masses(&self, borders: &[f64], mut pdf: impl FnMut(f64) -> f64) -> (Vec<f64>, f64) {
         let mut error = 0.0;
         let mass = |bin: &[f64]| {
@@ -421,7 +435,7 @@ impl Technique {
         (borders.windows(2).map(mass).collect(), error)
     }
 
-    /// The χ² test of counts against what the pdf expects; `place` names a cell.
+    /// Tests counts against the expectations from the pdf; `place` describes a cell.
     fn fits(
         &self,
         histogram: &[u64],
@@ -432,6 +446,7 @@ impl Technique {
         if chi2.p_value >= self.alpha {
             return Ok(chi2);
         }
+        // Name the three cells that deviate the most.
         let excess =
             |i: usize| (histogram[i] as f64 - expected[i]).powi(2) / expected[i].max(1e-300);
         let mut order: Vec<usize> = (0..expected.len()).collect();
@@ -448,6 +463,7 @@ impl Technique {
         ))
     }
 
+    /// Checks that the integral of the pdf is one.
     fn normalised(&self, integral: f64, error: f64, rounding: f64) -> Result<(), Broken> {
         if !integral.is_finite() || error > WORST_INTEGRAL_ERROR {
             return self.broken(format!(
@@ -460,6 +476,7 @@ impl Technique {
         Ok(())
     }
 
+    /// Returns the error of a broken law.
     fn broken<T>(&self, story: String) -> Result<T, Broken> {
         Err(Broken {
             message: format!("{} (seed {}): {story}", self.name, self.seed),
@@ -467,12 +484,13 @@ impl Technique {
     }
 }
 
+/// Returns the distance of two points.
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let square = |k: usize| (a[k] - b[k]).powi(2);
     (square(0) + square(1) + square(2)).sqrt()
 }
 
-/// The cell of a number in [0, 1].
+/// Returns the cell of a number in [0, 1].
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -482,8 +500,8 @@ pub(super) fn cell(at: f64, cells: usize) -> usize {
     ((at * cells as f64) as usize).min(cells - 1)
 }
 
-/// The integrals of a density over the cells of a surface, between its seams, and their estimated
-/// error together.
+/// Returns the integrals of a density over the cells of a surface, split at its seams, and the sum
+/// of their estimated errors.
 pub(super) fn masses_2d<P, L>(
     surface: &Surface<P, L>,
     bins: usize,
@@ -492,6 +510,7 @@ pub(super) fn masses_2d<P, L>(
 where
     P: Fn([f64; 2]) -> ([f64; 3], f64),
 {
+    // Integrate by a fine and a coarse rule, whose difference is the error.
     let rules = [gauss_legendre(12), gauss_legendre(8)];
     let edge = |i: usize| i as f64 / bins as f64;
     let mut density = |s: f64, t: f64| {
@@ -500,6 +519,7 @@ where
     };
     let (mut masses, mut error) = (Vec::with_capacity(bins * bins), 0.0);
     for i in 0..bins {
+        // Split the cells of a column at the seams.
         let mut cuts = vec![edge(i), edge(i + 1)];
         let inside = |s: &&f64| **s > edge(i) && **s < edge(i + 1);
         cuts.extend(surface.seams.iter().filter(inside));

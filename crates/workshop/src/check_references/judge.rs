@@ -1,4 +1,9 @@
-//! Pixel against pixel, and why some differ.
+//! The comparison of our picture with another renderer's, pixel by pixel, and the known reasons for
+//! which pixels may differ.
+//!
+//! A pixel differs if the difference is significant given the noise of both pictures. Pixels that
+//! differ because a ray passes an edge, because the light is between two horizons, or by rounding
+//! of bright pixels are left out; a few others are decided by brute force.
 
 use super::{Entry, NOISE_REPLICATES, Replicated};
 use linelit_estimators::{Query, RandomNumbers, brute_force};
@@ -11,16 +16,17 @@ use linelit_scene::CameraRay;
 use linelit_study::stats::student::quantile;
 use linelit_visibility::{Ray, Scratch};
 
-/// Lines of the brute-force estimate that decides between two renderers.
+/// The number of lines of the brute-force estimate that decides between two renderers.
 const BRUTE_LINES: u32 = 256;
-/// The largest number of pixels that brute force decides; with more, the other renderer is right.
+/// The largest number of pixels that brute force decides. If there are more, the other renderer is
+/// taken to be right.
 const BRUTE_PIXELS: usize = 60;
 /// The significance level over all pixels and channels of one image.
 const ALPHA: f64 = 0.01;
-/// The share of pixels that must pass, as in Mitsuba's render tests.
+/// The fraction of pixels that must pass, as in Mitsuba's render tests.
 const PASS_SHARE: f64 = 0.9975;
 
-/// One row of the table.
+/// A row of the table: the result of the comparison with one reference.
 #[derive(Debug, Default, serde::Serialize)]
 pub(super) struct Row {
     pub(super) name: &'static str,
@@ -28,29 +34,30 @@ pub(super) struct Row {
     pub(super) pixels: usize,
     pub(super) mean: f64,
     pub(super) reference_mean: f64,
-    /// The ratio of the means without the pixels left out.
+    /// The ratio of the means over the pixels that are not left out.
     pub(super) mean_ratio: f64,
-    /// The standard error of that ratio, by the noise of both.
+    /// The standard error of that ratio, from the noise of both pictures.
     pub(super) ratio_error: f64,
-    /// The ratio of the means with the pixels left out.
+    /// The ratio of the means over all pixels.
     pub(super) mean_ratio_of_all: f64,
     pub(super) mrse: f64,
     pub(super) passing: f64,
-    /// Pixels that differ for none of the reasons below.
+    /// The pixels that differ for none of the reasons below.
     pub(super) unexplained: Vec<[u32; 2]>,
-    /// Rays a hundredth of a pixel apart meet other surfaces.
+    /// The pixels where rays a hundredth of a pixel apart meet different surfaces.
     pub(super) edges: Vec<[u32; 2]>,
-    /// The light lies between the horizons of the surface and of its smooth normal: pbrt-v3 takes
-    /// the absolute cosine there, we take zero.
+    /// The pixels where the light lies between the horizons of the surface and of its shading
+    /// normal: pbrt-v3 takes the absolute cosine there, we take zero.
     pub(super) horizon: Vec<[u32; 2]>,
-    /// The light itself, seen: sums of thousands of equal `f32` round it off.
+    /// The pixels that show the light itself, where a sum of thousands of equal `f32` is rounded.
     pub(super) lights: Vec<[u32; 2]>,
-    /// A brute-force estimate gives our value and not theirs.
+    /// The pixels where a brute-force estimate agrees with our value and not with theirs.
     pub(super) wrong: Vec<[u32; 2]>,
     pub(super) ok: bool,
 }
 
-/// Compares all pixels.
+/// Compares all pixels with the reference. `ours` has our replicates; `theirs` has replicates by
+/// the other renderer's technique, which give the noise of the reference.
 pub(super) fn judge(
     entry: &Entry,
     renderer: &Renderer<'_>,
@@ -58,26 +65,29 @@ pub(super) fn judge(
     ours: &Replicated,
     theirs: &Replicated,
 ) -> Row {
+    // Take the pixels of the grid that is compared.
     let (width, stride) = (reference.width as usize, entry.stride as usize);
     let coordinates = |p: usize| [p % width, p / width];
     let on_grid = |p: &usize| coordinates(*p).iter().all(|c| c.is_multiple_of(stride));
     let mut pixels: Vec<usize> = (0..reference.rgb.len()).filter(on_grid).collect();
     let total = pixels.len();
     let value = |p: usize| DVec3::from_array(reference.rgb[p].map(f64::from));
-    // How noisy the reference is: its own technique at fewer samples, scaled by the order that
-    // stratified points have where the light is partly hidden (variance N^-1.5, the slowest).
+    // The noise of the reference is the noise of its own technique at fewer samples, scaled by the
+    // order that stratified points have where the light is partly hidden (a variance of N^-1.5, the
+    // slowest).
     let noise = (theirs.samples / entry.samples).powf(1.5);
-    // Sidak over pixels and channels. The spread is estimated from the replicates of the points,
-    // so the score follows Student's distribution.
+    // Correct for the number of pixels and channels (Šidák). The spread is estimated from the
+    // replicates of the points, so that the score follows Student's distribution.
     let confidence = (1.0 - ALPHA).powf(1.0 / (3.0 * total as f64));
     let t = quantile(confidence, NOISE_REPLICATES - 1);
     let variance = |p: usize| ours.variance[p] / ours.replicates + theirs.variance[p] * noise;
     let differs = |p: &usize| {
-        // Both hold f32 geometry and pixels: 1e-5 of the value is what a grazing cosine makes of
-        // their rounding.
+        // Both pictures have f32 geometry and pixels: at a grazing cosine, their rounding amounts
+        // to 1e-5 of the value.
         let allowed = variance(*p).map(f64::sqrt) * t + value(*p).abs() * 1e-5 + DVec3::splat(1e-7);
         (ours.mean[*p] - value(*p)).abs().cmpgt(allowed).any()
     };
+    // Find the pixels that differ, and the ratio of the means.
     let outliers: Vec<usize> = pixels.iter().copied().filter(differs).collect();
     let coordinates = |p: usize| coordinates(p).map(|c| u32::try_from(c).unwrap_or(0));
     let ratio = |pixels: &[usize]| {
@@ -93,16 +103,19 @@ pub(super) fn judge(
         mean_ratio_of_all: ratio(&pixels),
         ..Row::default()
     };
+    // Look for a reason at each of these pixels.
     let mut to_decide = Vec::new();
     for &p in &outliers {
         let gap = (ours.mean[p] - value(p)).abs();
-        // A sum of N equal numbers in f32 rounds by half a unit of the sum at most, each time.
+        // A sum of N equal f32 numbers is rounded by at most half a unit in the last place of the
+        // sum at each addition.
         let rounded = gap.cmple(value(p) * (entry.samples * 2f64.powi(-25))).all();
         match row.reason(renderer, coordinates(p), rounded) {
             Some(pixels) => pixels.push(coordinates(p)),
             None => to_decide.push(p),
         }
     }
+    // Decide the others by brute force, if there are few.
     let decide = to_decide.len() <= BRUTE_PIXELS;
     for p in to_decide {
         let spread = (ours.variance[p] / ours.replicates).map(f64::sqrt);
@@ -113,9 +126,10 @@ pub(super) fn judge(
             row.unexplained.push(pixel);
         }
     }
+    // Leave out the pixels with a reason, and summarize the others.
     let left_out = |p: &usize| outliers.contains(p) && !row.unexplained.contains(&coordinates(*p));
     pixels.retain(|p| !left_out(p));
-    // Channels see the same samples: their errors add up.
+    // Channels see the same samples, so that their errors add up.
     let square = |&p: &usize| variance(p).map(f64::sqrt).element_sum().powi(2);
     let total_variance: f64 = pixels.iter().map(square).sum();
     let sum: f64 = pixels.iter().map(|&p| value(p).element_sum()).sum();
@@ -125,7 +139,8 @@ pub(super) fn judge(
 }
 
 impl Row {
-    /// Fills in what the values of the pixels that are not left out say, ours and theirs.
+    /// Fills in the means, the MRSE and whether the row passes, from our values and theirs at the
+    /// pixels that are not left out.
     fn finish(mut self, values: Vec<[DVec3; 2]>) -> Self {
         let count = 3.0 * values.len() as f64;
         for [got, want] in values {
@@ -139,7 +154,7 @@ impl Row {
         self
     }
 
-    /// The pixels that differ for the reason that the scene shows by itself at this one, if any.
+    /// Returns the list of the reason for which this pixel differs, if the scene itself shows one.
     fn reason(
         &mut self,
         renderer: &Renderer<'_>,
@@ -161,10 +176,11 @@ impl Row {
     }
 }
 
-/// Whether rays a hundredth of a pixel beside the centre of one meet other surfaces than the ray
-/// through it: there, renderers may differ by the rounding of their cameras.
+/// Returns whether rays a hundredth of a pixel from the centre meet other surfaces than the ray
+/// through the centre. There, renderers may differ by the rounding of their cameras.
 fn straddles_edge(renderer: &Renderer<'_>, pixel: [u32; 2]) -> bool {
     let (scene, mut scratch) = (renderer.scene(), Scratch::new());
+    // Find the mesh and the normal that a ray through a pixel meets.
     let mut surface_at = |dx: f64, dy: f64| {
         let [x, y] = pixel.map(|c| f64::from(c) + 0.5);
         let CameraRay { origin, direction } = scene.camera.ray(x + dx, y + dy);
@@ -174,6 +190,7 @@ fn straddles_edge(renderer: &Renderer<'_>, pixel: [u32; 2]) -> bool {
         Some((scene.mesh_of(hit.triangle), surface.geometric_normal))
     };
     let centre = surface_at(0.0, 0.0);
+    // Compare the centre with its eight neighbours.
     let mut differs = |[i, j]: [i32; 2]| {
         let other = surface_at(0.01 * f64::from(i), 0.01 * f64::from(j));
         match (centre, other) {
@@ -184,8 +201,8 @@ fn straddles_edge(renderer: &Renderer<'_>, pixel: [u32; 2]) -> bool {
     (-1..2).any(|i| (-1..2).any(|j| differs([i, j])))
 }
 
-/// Whether part of a light is above the surface and below the shading normal's horizon, or the
-/// reverse.
+/// Returns whether a part of a light is above the surface and below the horizon of the shading
+/// normal, or the reverse.
 fn between_horizons(point: &ShadingPoint, light: &[DVec3]) -> bool {
     if point.normal == point.geometric_normal {
         return false;
@@ -201,8 +218,8 @@ fn between_horizons(point: &ShadingPoint, light: &[DVec3]) -> bool {
     surface != smooth || cut(surface) || cut(smooth)
 }
 
-/// Whether brute-force estimates in f64, without hierarchy or kernels, give our value and not
-/// theirs: then it is the reference that is wrong.
+/// Returns whether brute-force estimates in f64, without hierarchy or kernels, agree with our value
+/// and not with theirs: then the reference is wrong.
 fn brute_force_decides(
     renderer: &Renderer<'_>,
     entry: &Entry,
@@ -219,6 +236,7 @@ fn brute_force_decides(
     } else {
         point.emitted
     };
+    // Estimate all lights twice, with different seeds.
     let (scene, estimator) = (renderer.scene(), Estimator::analytic());
     let vertices = (0_u32..).zip(&scene.positions);
     let positions: Vec<_> = vertices
@@ -239,6 +257,7 @@ fn brute_force_decides(
         }
         sum
     });
+    // Compare both values with the mean, within its error.
     let brute = emitted + 0.5 * (a + b);
     let allowed = spread * 5.0 + (a - b).abs() * 2.0 + brute.abs() * 1e-3;
     let agrees = |value: DVec3| (brute - value).abs().cmple(allowed).all();

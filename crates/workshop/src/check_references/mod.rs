@@ -1,4 +1,4 @@
-//! `linelit check-references`: our renders against those of other renderers.
+//! `check-references`: compares our renders with pictures by other renderers.
 
 mod judge;
 
@@ -14,10 +14,10 @@ use linelit_samplers::SamplerKind;
 use linelit_study::scene_study;
 use std::path::Path;
 
-/// Replicates of points, for the noise of the reference.
+/// The number of replicates of points that measure the noise of the reference.
 const NOISE_REPLICATES: u32 = 16;
 
-/// An estimator and how often it runs.
+/// An estimator, its number of samples and how often it runs.
 #[derive(Clone, Copy)]
 struct Effort {
     estimator: &'static str,
@@ -25,21 +25,23 @@ struct Effort {
     replicates: u32,
 }
 
+/// A reference: the scene, the picture, and how both renderers compute it.
 struct Entry {
     name: &'static str,
     scene: String,
     reference: String,
     hide_lights: bool,
-    /// Light samples behind each pixel of the reference.
+    /// The number of light samples of each pixel of the reference.
     samples: f64,
-    /// The effort of our rendering; `--samples` multiplies the samples (1 for 64).
+    /// The effort of our rendering. `--samples` multiplies the number of samples (64 means 1).
     ours: Effort,
-    /// The effort of the other renderer, for the noise of its image.
+    /// The effort by which the noise of the other renderer's picture is measured.
     theirs: Effort,
-    /// Every how many rows and columns a pixel is compared: all, but for large scenes.
+    /// The distance between rows and columns whose pixels are compared: 1 except for large scenes.
     stride: u32,
 }
 
+/// Returns an effort.
 fn effort(estimator: &'static str, samples: u32, replicates: u32) -> Effort {
     Effort {
         estimator,
@@ -48,13 +50,16 @@ fn effort(estimator: &'static str, samples: u32, replicates: u32) -> Effort {
     }
 }
 
+/// Returns all known references.
 fn entries() -> [Entry; 6] {
-    // Diffuse scenes: lines in closed form.
+    // Diffuse scenes are rendered by lines in closed form.
     let lines = effort("line-analytic", 64, 8);
-    // Glossy scenes: the highlights of mirror-like plates need both.
+    // Glossy scenes combine lines with BSDF samples, as the highlights of mirror-like plates need
+    // both.
     let lines_and_bsdf = effort("line-solid-angle+point-bsdf", 256, 8);
     let points = effort("point-solid-angle", 64, NOISE_REPLICATES);
     let points_and_bsdf = effort("point-solid-angle+point-bsdf", 512, NOISE_REPLICATES);
+    // References by the papers' authors with pbrt-v3, and by Mitsuba.
     let authors = |name, scene: &str, image: &str, ours, theirs| Entry {
         name,
         scene: format!("scenes/{scene}.pbrt"),
@@ -101,12 +106,13 @@ fn entries() -> [Entry; 6] {
     ]
 }
 
-/// Renders every scene that has a reference below the folder and compares.
+/// Renders every scene that has a reference below the folder, and compares.
 pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
     let mut rows = Vec::new();
     if !args.common.json {
         print_header(out)?;
     }
+    // Compare the scenes that are there.
     let wanted = |e: &&Entry| args.only.as_ref().is_none_or(|only| e.name.contains(only));
     for entry in entries().iter().filter(wanted) {
         let scene = args.dir.join(&entry.scene);
@@ -130,12 +136,14 @@ pub(crate) fn run(args: &CheckArgs, out: &mut Output) -> Result<()> {
     if args.common.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&rows)?)?;
     }
+    // Fail if a row does not pass.
     match rows.iter().filter(|r| !r.ok).count() {
         0 => Ok(()),
         n => bail!("{n} of {} references do not agree", rows.len()),
     }
 }
 
+/// Compares one scene with its reference.
 fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     let reference = Image::read(&args.dir.join(&entry.reference))?;
     let name = path
@@ -155,7 +163,7 @@ fn check(args: &CheckArgs, entry: &Entry, path: &Path) -> Result<Row> {
     Ok(judge::judge(entry, &renderer, &reference, &ours, &theirs))
 }
 
-/// Mean and variance of one replicate, per pixel.
+/// The mean over replicates of each pixel, and the variance of one replicate.
 struct Replicated {
     mean: Vec<DVec3>,
     variance: Vec<DVec3>,
@@ -187,6 +195,7 @@ fn replicate(
     };
     let images: Vec<Image> = (0..effort.replicates).map(render).collect();
     let n = f64::from(effort.replicates);
+    // Compute mean and variance of each pixel.
     let mut replicated = Replicated {
         mean: Vec::new(),
         variance: Vec::new(),
@@ -205,6 +214,7 @@ fn replicate(
     Ok(replicated)
 }
 
+/// Prints the header of the table.
 fn print_header(out: &mut Output) -> Result<(), OutputError> {
     writeln!(
         out,
@@ -213,6 +223,7 @@ fn print_header(out: &mut Output) -> Result<(), OutputError> {
     )
 }
 
+/// Prints a row of the table, and lists pixels that differ.
 fn print_row(r: &Row, out: &mut Output) -> Result<(), OutputError> {
     writeln!(
         out,

@@ -1,4 +1,4 @@
-//! Times of rays and lines.
+//! The times of rays, of lines, and of points in a shaft.
 
 use super::Rivals;
 use linelit_geometry::{DVec3, Segment};
@@ -14,15 +14,15 @@ use std::time::Instant;
 /// A light in a scene, and the points to shade.
 #[derive(Clone, Debug)]
 pub(super) struct Workload<'a> {
-    /// A parallelogram or triangle, or the two ends of a linear light; other polygons get lines
-    /// that reach beyond them.
+    /// A parallelogram or triangle, or the two ends of a linear light. Lines on other polygons
+    /// reach beyond them.
     pub(super) light: LightCorners<'a>,
-    /// Shading points, off their surfaces.
+    /// The shading points, moved off their surfaces.
     pub(super) points: &'a [DVec3],
 }
 
 impl<'a> Workload<'a> {
-    /// Some of the points.
+    /// Returns the workload of some of the points.
     fn part(&self, range: Range<usize>) -> Workload<'a> {
         Self {
             points: &self.points[range],
@@ -31,43 +31,45 @@ impl<'a> Workload<'a> {
     }
 }
 
-/// Nanoseconds per query, undisturbed: sums over small chunks of the least time in any round.
+/// The nanoseconds per query, undisturbed: the sum over small chunks of the least time in any
+/// round.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Timings {
-    /// Our any-hit ray.
+    /// The time of our any-hit ray.
     pub(super) ray: f64,
-    /// obvhs's binary hierarchy.
+    /// The time in obvhs's binary hierarchy.
     pub(super) bvh2: f64,
-    /// obvhs's compressed wide hierarchy.
+    /// The time in obvhs's compressed wide hierarchy.
     pub(super) cwbvh: f64,
-    /// The timings by the number of lines, or of points, for each shading point.
+    /// The times by the number of lines, or of points, for each shading point.
     pub(super) shared: Vec<Shared>,
-    /// Work of one pass over all points with the first number of lines.
+    /// The work of one pass over all points with the first number of lines.
     pub(super) counters: Counters,
-    /// Share of rays that meet something.
+    /// The fraction of rays that meet something.
     pub(super) hit_share: f64,
-    /// Mean visible share of the lines.
+    /// The mean visible fraction of the lines.
     pub(super) visible_share: f64,
 }
 
-/// The time that lines, and points by the same shaft, take.
+/// The time of lines, and of points by the same shaft.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     pub(super) count: u32,
-    /// Nanoseconds per line, and that ÷ our ray within the same round.
+    /// The nanoseconds per line, and this time divided by the time of our ray.
     pub(super) line: f64,
     pub(super) in_rays: f64,
-    /// Nanoseconds per point.
+    /// The nanoseconds per point.
     pub(super) point: f64,
 }
 
-/// The shadow rays of every shading point towards one random point of the light each.
+/// Returns `per_point` shadow rays from every shading point to random points of the light.
 fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut rays = Vec::with_capacity(work.points.len() * per_point);
     let corners = work.light.corners();
     for &point in work.points {
         for _ in 0..per_point {
+            // Draw a point uniform on the triangle, parallelogram or line.
             let (mut s, mut t) = (random.random::<f64>(), random.random::<f64>());
             if corners.len() == 3 && s + t > 1.0 {
                 (s, t) = (1.0 - s, 1.0 - t);
@@ -89,17 +91,17 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     rays
 }
 
-/// No triangle is left out of a ray's way.
+/// No triangles are excluded from a ray.
 const NONE: Range<u32> = 0..0;
 
-/// Shading points that are timed together at most.
+/// The largest number of shading points that are timed together.
 const CHUNK: usize = 24;
 
-/// Seconds that points timed together may take: so few that the system seldom interrupts them, so
-/// many that looking at the clock is nothing.
+/// The seconds that points timed together may take: few enough that the system seldom interrupts
+/// them, and many enough that reading the clock is negligible.
 const UNDISTURBED: f64 = 20e-6;
 
-/// The least time of each chunk over all rounds: the sum is what the work takes undisturbed.
+/// The least time of each chunk over all rounds. Their sum is the undisturbed time of the work.
 #[derive(Default)]
 struct Fastest {
     least: Vec<f64>,
@@ -110,6 +112,7 @@ struct Fastest {
 impl Fastest {
     /// Times `f` on every chunk of `0..count`.
     fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
+        // The first time, choose the size of chunks.
         if self.chunk == 0 {
             let start = Instant::now();
             f(0..count);
@@ -125,7 +128,7 @@ impl Fastest {
         }
     }
 
-    /// Nanoseconds for each of `count` queries.
+    /// Returns the nanoseconds for each of `count` queries.
     fn per_query(&self, count: usize) -> f64 {
         self.least.iter().sum::<f64>() * 1e9 / count as f64
     }
@@ -139,6 +142,7 @@ pub(super) fn time(
     lines: &[u32],
     rounds: usize,
 ) -> Timings {
+    // Draw the rays and lines.
     const RAYS: usize = 8;
     let rays = shadow_rays(work, RAYS);
     let points = work.points.len();
@@ -149,6 +153,8 @@ pub(super) fn time(
         .iter()
         .map(|&n| stratified_lines(work.light.corners(), n, &mut || random.random()))
         .collect();
+    // Time them: rays by our hierarchy and by the others, then each set of lines, and points by the
+    // same shafts.
     let mut ray_times: [Fastest; 3] = Default::default();
     let mut line_times: Vec<[Fastest; 2]> = lines.iter().map(|_| Default::default()).collect();
     let mut sink = 0;
@@ -174,6 +180,7 @@ pub(super) fn time(
         }
     }
     std::hint::black_box(sink);
+    // Divide by the numbers of queries.
     let mut result = Timings {
         ray: ray_times[0].per_query(rays.len()),
         bvh2: ray_times[1].per_query(rays.len()),
@@ -190,6 +197,7 @@ pub(super) fn time(
             point,
         });
     }
+    // Count the work of one pass, and how many rays hit.
     scratch.counters = Counters::default();
     if let Some(set) = sets.first() {
         result.visible_share = trace_lines(occluders, work, set, &mut scratch, &mut out);
@@ -200,7 +208,7 @@ pub(super) fn time(
     result
 }
 
-/// The mean visible share of lines over all shading points.
+/// Returns the mean visible fraction of lines over all shading points.
 #[inline(never)]
 fn trace_lines(
     occluders: &Occluders,
@@ -230,7 +238,7 @@ fn trace_lines(
     sum / count
 }
 
-/// The number of visible points of the light, over all shading points.
+/// Returns the number of visible points of the light, over all shading points.
 fn trace_points(
     occluders: &Occluders,
     work: &Workload<'_>,

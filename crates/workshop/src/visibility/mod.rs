@@ -1,4 +1,4 @@
-//! `bench visibility`: rays and lines side by side, ours and obvhs's.
+//! `bench visibility`: compares the costs of rays and lines, by our hierarchy and by obvhs's.
 
 mod measure;
 mod rivals;
@@ -15,10 +15,10 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// The work counters are taken with the first.
+/// The numbers of lines. Work is counted with the first.
 const LINES: [u32; 5] = [16, 1, 4, 64, 256];
 
-/// Measured unless a scene is named.
+/// The scenes that are measured by default.
 const SCENES: [&str; 3] = [
     "grid-planes-large",
     "triangle-soup-large",
@@ -28,7 +28,7 @@ const SCENES: [&str; 3] = [
 /// The distance of a shading point from its surface.
 const OFFSET: f64 = 2e-5;
 
-/// Measures what rays and lines cost on one scene or on all.
+/// Measures the costs of rays and lines on one scene or on all.
 pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
     let names = match &args.scene {
         Some(name) => vec![name.as_str()],
@@ -45,12 +45,14 @@ pub(crate) fn run(args: &VisibilityArgs, out: &mut Output) -> Result<()> {
     Ok(())
 }
 
+/// Measures all lights of a scene, and prints their times or adds them to `found`.
 fn rows(
     scene: &VisibilityScene,
     args: &VisibilityArgs,
     out: &mut Output,
     found: &mut Vec<Value>,
 ) -> Result<()> {
+    // Build the hierarchies.
     let start = Instant::now();
     let occluders = Occluders::build(&scene.positions, &scene.triangles);
     let build = start.elapsed().as_secs_f64();
@@ -66,11 +68,13 @@ fn rows(
             occluders.instruction_set(),
         )?;
     }
+    // Find the shading points and the lights.
     let all = shading_points(&occluders, &scene.view(side * 4 / 3, side), OFFSET);
     let across = |(_, light): &(String, Vec<DVec3>)| ("linear".to_owned(), across(light).into());
     let linear = scene.lights.last().map(across);
     let only = args.light_name.as_ref();
     let lights = scene.lights.iter().chain(&linear);
+    // Time each light from the points outside its plane.
     for (name, light) in lights.filter(|light| only.is_none_or(|only| *only == light.0)) {
         let crossed = scene.lights.last().map(|(_, area)| &area[..]);
         let points = beside(light, crossed, &all);
@@ -81,7 +85,7 @@ fn rows(
             light: corners,
             points: &points,
         };
-        // A linear light has one line.
+        // A linear light has only one line.
         let lines = if light.len() == 2 { &[1] } else { &LINES[..] };
         let mut t = time(&occluders, &rivals, &work, lines, rounds);
         t.shared.sort_by_key(|row| row.count);
@@ -101,8 +105,8 @@ fn rows(
     Ok(())
 }
 
-/// The points that do not lie in a light's plane; of a linear light, in that of the light that it
-/// crosses.
+/// Returns the points that are not in the plane of a light. A linear light counts as part of the
+/// light that it crosses.
 fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<DVec3> {
     let polygon = crossed.filter(|_| light.len() == 2).unwrap_or(light);
     let normal = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
@@ -110,7 +114,7 @@ fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<D
     points.iter().copied().filter(off).collect()
 }
 
-/// A linear light along the middle of a light.
+/// Returns a linear light along the middle of a light.
 fn across(light: &[DVec3]) -> [DVec3; 2] {
     let last = light.len() - 1;
     [
@@ -119,7 +123,7 @@ fn across(light: &[DVec3]) -> [DVec3; 2] {
     ]
 }
 
-/// One light's part of the table.
+/// Returns the text about one light.
 fn table(light: &str, points: usize, t: &Timings) -> String {
     let c = &t.counters;
     let share = |n: u64| 100.0 * n as f64 / c.shafts.max(1) as f64;

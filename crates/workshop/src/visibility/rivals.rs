@@ -1,4 +1,4 @@
-//! The same rays through obvhs's own hierarchies.
+//! The same rays in the hierarchies of the crate obvhs, for comparison.
 
 use linelit_geometry::glam::Vec3A;
 use linelit_visibility::Ray;
@@ -11,7 +11,7 @@ use obvhs::{
 use std::time::Duration;
 
 /// obvhs's binary and its compressed eight-wide hierarchy over the same triangles, with its own
-/// triangle test; triangles are laid out in the order of the leaves, as its documentation advises.
+/// triangle test. Triangles are laid out in the order of the leaves, as its documentation advises.
 pub(super) struct Rivals {
     bvh2: Bvh2,
     bvh2_triangles: Vec<Triangle>,
@@ -20,7 +20,7 @@ pub(super) struct Rivals {
 }
 
 impl Rivals {
-    /// Builds both.
+    /// Builds both hierarchies.
     pub(super) fn build(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let input: Vec<Triangle> = triangles
             .iter()
@@ -45,19 +45,20 @@ impl Rivals {
         }
     }
 
-    /// Any hit through the binary hierarchy.
+    /// Returns whether a ray hits anything, by the binary hierarchy.
     pub(super) fn bvh2_any_hit(&self, ray: &Ray) -> bool {
         let test = |ray: &_, k: usize| self.bvh2_triangles[k].intersect(ray);
         !self.bvh2.ray_traverse_miss(convert(ray), test)
     }
 
-    /// Any hit through the wide hierarchy.
+    /// Returns whether a ray hits anything, by the wide hierarchy.
     pub(super) fn cwbvh_any_hit(&self, ray: &Ray) -> bool {
         let test = |ray: &_, k: usize| self.cwbvh_triangles[k].intersect(ray);
         !self.cwbvh.ray_traverse_miss(convert(ray), test)
     }
 }
 
+/// Returns a ray of obvhs.
 #[allow(clippy::cast_possible_truncation, reason = "obvhs is f32")]
 fn convert(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(

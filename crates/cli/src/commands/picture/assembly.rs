@@ -1,4 +1,4 @@
-//! A picture in units in the making, which puts parts together.
+//! The assembly of a picture from the parts of its units.
 //!
 //! ```text
 //!     part of block 0 ─┐
@@ -6,9 +6,9 @@
 //!     part of block 2 ─┘
 //! ```
 //!
-//! Floating-point sums depend on their order. So the blocks of a tile come in theirs and are added
-//! one after the other, whoever computed them, and all of a tile before those of the next; tiles,
-//! which share no pixel, come in any order.
+//! Floating-point sums depend on their order. Therefore the blocks of a tile are added in the order
+//! of their numbers, wherever they were computed, and all blocks of a tile come before the blocks
+//! of the next. Tiles share no pixel, and come in any order.
 
 use super::Picture;
 use super::part::{Part, Work};
@@ -18,24 +18,25 @@ use linelit_film::{Image, Moments, Placement, Tile};
 use linelit_geometry::DVec3;
 use linelit_integrator::Counts;
 
-/// A picture in the making: the window's layers, filled tile by tile.
+/// A picture that is being put together: the layers of the window, filled tile by tile.
 pub(super) struct Assembly {
     window: Tile,
-    /// The block that makes a tile whole; zero where tiles are not in blocks.
+    /// The number of the block that completes a tile; zero where tiles are not cut into blocks.
     last_block: u32,
     /// The number of camera samples of a pixel, over all trials.
     samples: f64,
     pub(super) rendered: Rendered,
-    /// The sum of the blocks of the present tile that were added.
+    /// The sum of the blocks of the current tile that were added.
     tile: Part,
-    /// The sums of what was counted, as [`image::counted`] names it.
+    /// The sums of the counts, as [`image::counted`] names them.
     pub(super) counted: Vec<u64>,
 }
 
 impl Assembly {
+    /// Creates the empty layers of a picture.
     pub(super) fn new(picture: &Picture) -> Self {
         let (window, aovs) = (picture.window, &picture.args.aovs);
-        // A layer has all pixels, or none where it is not wanted.
+        // A layer has all pixels, or none if it is not requested.
         let all = |wanted: bool| if wanted { window.area() } else { 0 };
         let moments = all(aovs::wants_moments(aovs));
         let [width, height] = picture.film;
@@ -63,14 +64,14 @@ impl Assembly {
         }
     }
 
-    /// Adds the part of a unit, and returns its tile if that is whole with it. The parts of a tile
-    /// come one after another, in the order of their blocks.
+    /// Adds the part of a unit, and returns its tile if this completes it. The parts of a tile have
+    /// to be added one after another, in the order of their blocks.
     pub(super) fn add(&mut self, work: Work, part: Part) -> Option<Tile> {
         for (sum, own) in self.counted.iter_mut().zip(&part.counted) {
             *sum += own;
         }
         if work.is_first() {
-            // It takes the place of the empty part, whose lists have no pixels to add to.
+            // The first block replaces the empty part, whose lists have no pixels to add to.
             self.tile = part;
         } else {
             self.tile.add_block(part);
@@ -79,7 +80,7 @@ impl Assembly {
         is_whole.then(|| self.store(work.tile()))
     }
 
-    /// Stores a whole tile in the picture.
+    /// Stores a complete tile in the picture.
     fn store(&mut self, tile: Tile) -> Tile {
         let (part, to) = (std::mem::take(&mut self.tile), &mut self.rendered);
         for (i, [x, y]) in tile.pixels().enumerate() {

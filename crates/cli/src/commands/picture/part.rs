@@ -1,4 +1,4 @@
-//! Units of a picture: their work, and its result.
+//! The units of a picture: the work of each, and its result.
 
 use crate::args::PictureArgs;
 use crate::commands::aovs::{self, Surface};
@@ -8,49 +8,52 @@ use linelit_geometry::DVec3;
 use linelit_integrator::{Counts, Renderer, Workspace};
 use serde::{Deserialize, Serialize};
 
-/// The work of a unit: a tile, and the camera samples of it.
+/// The work of a unit: a tile, and which camera samples of it.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Work {
-    /// Columns from and to, rows from and to.
+    /// The first column and the one after the last, then the rows.
     pub(super) tile: [u32; 4],
-    /// The number of its block of camera samples ([`PictureArgs::blocks`]); all blocks if none.
+    /// The number of its block of camera samples ([`PictureArgs::blocks`]), or `None` for all
+    /// blocks.
     pub(super) block: Option<u32>,
 }
 
 impl Work {
+    /// Returns the tile.
     pub(super) const fn tile(self) -> Tile {
         let [x0, x1, y0, y1] = self.tile;
         Tile { x0, y0, x1, y1 }
     }
 
-    /// Whether no other unit has earlier samples of the tile.
+    /// Returns whether this unit has the first samples of the tile.
     pub(super) fn is_first(self) -> bool {
         self.block.is_none_or(|k| k == 0)
     }
 }
 
-/// The first column and the one after the last, then the rows alike.
+/// Returns the first column and the one after the last, then the rows.
 pub(super) const fn bounds(tile: Tile) -> [u32; 4] {
     [tile.x0, tile.x1, tile.y0, tile.y1]
 }
 
-/// The result of a unit. All lists but `counted` have a value for each pixel of the tile, row after
-/// row, or none.
+/// The result of a unit. All lists except `counted` have a value for each pixel of the tile, row by
+/// row, or are empty.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Part {
-    /// The numbers of [`image::counted`].
+    /// The counts that [`image::counted`] names.
     pub(super) counted: Vec<u64>,
     /// The sum of the camera samples of each pixel.
     pub(super) sums: Vec<[f64; 3]>,
-    /// The spread of each pixel's samples, for `variance` or `samples`.
+    /// The moments and cost of each pixel's samples, for the layers `variance` and `samples`.
     pub(super) spreads: Vec<Spread>,
-    /// The surface seen in each pixel, for `albedo`, `normal` or `depth`; of the first block alone.
+    /// The surface in each pixel, for the layers `albedo`, `normal` and `depth`; only the first
+    /// block has them.
     pub(super) surfaces: Vec<Surface>,
 }
 
-/// Moments of some camera samples of a pixel, or of its trials if there are several, and the rays
-/// and lines that were queried.
+/// The moments of some camera samples of a pixel, or of its trials if there are several, and the
+/// rays and line queries that they took.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Spread {
     #[serde(with = "MomentsAsStored")]
@@ -58,6 +61,7 @@ pub(super) struct Spread {
     pub(super) cost: [u64; 2],
 }
 
+/// The fields of moments, for serde.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Moments")]
 struct MomentsAsStored {
@@ -67,7 +71,7 @@ struct MomentsAsStored {
 }
 
 impl Part {
-    /// Computes a unit of a picture, and all counts, of which `counted` is what is kept.
+    /// Computes a unit of a picture. Also returns all counts, of which `counted` has a selection.
     pub(super) fn compute(
         args: &PictureArgs,
         renderer: &Renderer<'_>,
@@ -75,7 +79,8 @@ impl Part {
         workspace: &mut Workspace,
     ) -> (Self, Counts) {
         let mut part = Self::default();
-        // Compute the samples: one to a pixel by rows, which share camera rays, else by pixels.
+        // Compute the samples: by rows if there is one per pixel, as rows share camera rays;
+        // otherwise by pixels.
         let is_by_rows = args.camera_samples() <= 1.0 && !aovs::wants_moments(&args.aovs);
         let counts = if is_by_rows {
             part.push_rows(args, renderer, work.tile(), workspace)
@@ -83,11 +88,11 @@ impl Part {
             part.push_pixels(args, renderer, work, workspace)
         };
         part.counted = image::counted(&counts).map(|(_, n)| n).collect();
-        // Find the surfaces that are seen, once for all blocks.
+        // Find the visible surfaces, once for all blocks.
         if work.is_first() && aovs::wants_surfaces(&args.aovs) {
             let surface = |pixel| aovs::surface(renderer, pixel, workspace);
             part.surfaces = work.tile().pixels().map(surface).collect();
-            // Nobody asks what these rays cost.
+            // The rays for layers do not count as rays of the picture.
             workspace.take_counts();
         }
         (part, counts)
@@ -133,8 +138,8 @@ impl Part {
         counts
     }
 
-    /// Adds the sums and the spreads of another block of the same tile; not the counts, which the
-    /// assembly adds, nor the surfaces, which the first block has.
+    /// Adds the sums and the spreads of another block of the same tile. The assembly adds the
+    /// counts, and the first block has the surfaces.
     pub(super) fn add_block(&mut self, block: Self) {
         for (sum, own) in self.sums.iter_mut().zip(block.sums) {
             *sum = (DVec3::from_array(*sum) + DVec3::from_array(own)).to_array();
@@ -145,7 +150,7 @@ impl Part {
         }
     }
 
-    /// Whether a part that was read holds as much as the part of a unit does.
+    /// Returns whether a part that was read has as many values as the part of this unit must have.
     pub(super) fn fits(&self, args: &PictureArgs, work: Work) -> bool {
         let pixels = |wanted: bool| if wanted { work.tile().area() } else { 0 };
         let wants_surfaces = work.is_first() && aovs::wants_surfaces(&args.aovs);

@@ -1,4 +1,4 @@
-//! Facets from files.
+//! Readers of facets: polygons from geometry files, or the triangles of a scene.
 
 use anyhow::{Result, anyhow, bail};
 use linelit_formats::assembly::{Source, ply};
@@ -13,8 +13,8 @@ use std::sync::Arc;
 /// A reader of polygons.
 type Reader = fn(&Arc<Source>) -> Result<Mesh>;
 
-/// Reads facets from a file: polygons where the format's reader here knows them, else the triangles
-/// of a scene.
+/// Reads facets from a file: polygons if there is a reader of polygons for its format, otherwise
+/// the triangles of a scene.
 pub(super) fn read(library: &Library, name: &str) -> Result<Mesh> {
     let mesh = match reader(name) {
         None => triangles(library.load(name)?),
@@ -37,7 +37,7 @@ pub(super) fn read(library: &Library, name: &str) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// The reader of polygons of files with this name's ending.
+/// Returns the reader of polygons for files with this name's ending, if there is one.
 fn reader(name: &str) -> Option<Reader> {
     let ending = Path::new(name).extension()?.to_str()?.to_ascii_lowercase();
     let reader: Reader = match ending.as_str() {
@@ -50,6 +50,7 @@ fn reader(name: &str) -> Option<Reader> {
     Some(reader)
 }
 
+/// Reads a file by a parser, and adds the file's name to its errors.
 fn of_file(
     source: &Source,
     read: impl Fn(&[u8]) -> Result<Mesh, files::FileError>,
@@ -57,16 +58,20 @@ fn of_file(
     read(source.bytes()).map_err(|error| anyhow!("{}, {error}", source.name()))
 }
 
+/// Reads the polygons of a PLY file.
 fn of_ply(source: &Arc<Source>) -> Result<Mesh> {
     let (positions, polygons) = ply::read_polygons(source)?;
     Ok(of_polygons(&positions, polygons, &[]))
 }
 
+/// Reads the polygons of an OBJ file, with their lines in the file.
 fn of_obj(source: &Arc<Source>) -> Result<Mesh> {
     let found = obj::read_polygons(source)?;
     Ok(of_polygons(&found.positions, found.polygons, &found.lines))
 }
 
+/// Returns the facets that polygons make; `lines` has the line of each polygon in its file, or is
+/// empty.
 fn of_polygons(positions: &[DVec3], polygons: Vec<Vec<u32>>, lines: &[usize]) -> Mesh {
     Mesh {
         vertices: positions.iter().map(DVec3::to_array).collect(),
@@ -77,6 +82,7 @@ fn of_polygons(positions: &[DVec3], polygons: Vec<Vec<u32>>, lines: &[usize]) ->
     }
 }
 
+/// Returns the triangles of a scene as facets.
 fn triangles(loaded: linelit_formats::Loaded) -> Mesh {
     let scene = loaded.scene;
     Mesh {
@@ -90,7 +96,8 @@ fn triangles(loaded: linelit_formats::Loaded) -> Mesh {
     }
 }
 
-/// The facets of a file, or the position in it of the first that is none.
+/// Returns the facets of a file. Errors state the position in the file of the first invalid facet,
+/// if it is known.
 pub(super) fn facets(name: &str, mesh: &Mesh, sides: u8) -> Result<Facets> {
     let sides = if sides == 2 { Sides::Two } else { Sides::One };
     Facets::new(&mesh.vertices, &mesh.polygons, sides).map_err(|error| {

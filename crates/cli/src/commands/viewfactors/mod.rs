@@ -1,4 +1,4 @@
-//! `linelit viewfactors`, at once or as a plan whose units are blocks of rows.
+//! `linelit viewfactors`, at once or as a plan whose units are blocks of rows of the matrix.
 
 mod mesh;
 mod report;
@@ -32,14 +32,14 @@ use std::time::Instant;
 /// The kind of plans of view factors.
 pub(super) const VIEWFACTORS: &str = "viewfactors";
 
-/// Seconds of one thread for a pair, within a factor of ten.
+/// The estimated seconds of one thread for a pair of facets, within a factor of ten.
 const PAIR_SECONDS: f64 = 2e-5;
 
-/// The settings of such a plan.
+/// The settings in a plan of view factors.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Settings {
-    /// The words of `viewfactors` that numbers depend on.
+    /// The words of `viewfactors` that the numbers depend on.
     viewfactors: Vec<String>,
 }
 
@@ -47,16 +47,17 @@ struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Work {
-    /// Looking at all pairs, which rows need.
+    /// Classifying all pairs of facets, which all rows need.
     Pairs,
-    /// Rows from and to.
+    /// Computing a range of rows.
     Rows([usize; 2]),
 }
 
-/// The part of a unit of rows: those of [`Matrix`].
+/// The part of a unit of rows: the fields `indptr`, `indices`, `data`, `error` and `sky` of
+/// [`Matrix`].
 type Part = (Vec<usize>, Vec<u32>, Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// Facets of a file.
+/// The facets of a file, and the options for their view factors.
 pub(super) struct Factors {
     name: String,
     mesh: Mesh,
@@ -64,34 +65,36 @@ pub(super) struct Factors {
     args: FactorArgs,
 }
 
-/// View factors, and what is said of them.
+/// View factors with the data for reports about them.
 struct Found {
     matrix: Matrix,
-    /// Areas and emittances of the facets that send.
+    /// The areas and emittances of the facets that send.
     areas: Vec<f64>,
     emittances: Vec<f64>,
+    /// The numbers of pairs that do not face each other, that are hidden, that are clear, and that
+    /// are partly hidden.
     pairs: [u64; 4],
 }
 
 impl Found {
-    /// The sum of some numbers of a row's factors.
+    /// Returns the sum over the factors of a row of some numbers of each factor.
     fn sum_of(&self, numbers: &[f64], row: usize) -> f64 {
         let ends = &self.matrix.indptr[row..row + 2];
-        // Not by `sum`, whose nothing is −0.
+        // An empty sum by `sum` would be −0.
         numbers[ends[0]..ends[1]].iter().fold(0.0, |sum, x| sum + x)
     }
 
-    /// The sum of the errors of a row.
+    /// Returns the sum of the errors of a row.
     fn error(&self, row: usize) -> f64 {
         self.sum_of(&self.matrix.error, row)
     }
 
-    /// The sum of a row.
+    /// Returns the sum of the factors of a row.
     fn sum(&self, row: usize) -> f64 {
         self.sum_of(&self.matrix.data, row)
     }
 
-    /// The largest of a number of each row.
+    /// Returns the largest value over all rows.
     fn most(&self, of: impl Fn(&Self, usize) -> f64) -> f64 {
         let rows = (0..self.areas.len()).map(|row| of(self, row));
         rows.fold(0.0, f64::max)
@@ -107,7 +110,7 @@ struct Destination<'a> {
 }
 
 impl<'a> Destination<'a> {
-    /// Tries whether they can be written, before the work.
+    /// Tests that the files can be written, before the work begins.
     fn open(path: &'a Path, report: Option<&Path>, json: bool) -> Result<Self> {
         linelit_film::check_writable(path)?;
         Ok(Self {
@@ -122,24 +125,27 @@ impl<'a> Destination<'a> {
 /// Computes view factors and writes them.
 pub fn run(args: &ViewFactorsArgs, out: &mut Output) -> Result<()> {
     let to = Destination::open(&args.output, args.report.as_deref(), args.common.json)?;
+    // Read the facets.
     let mesh = mesh::read(&args.common.read.library(), &args.facets)?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
+    // Compute the factors. A signal also ends the computation in the middle of a row, as rows may
+    // be long.
     interrupt::watch().context("watching for signals")?;
     let pool = pool(&args.common)?;
     pool.broadcast(|_| drop(stop::ask(Some(Rc::new(interrupt::stopped)))));
-    // Long rows are not waited for.
     let found = stop::catch(|| pool.install(|| factors.at_once()));
     let found = found.unwrap_or_else(|stop::Stopped| Err(interrupted("").into()))?;
     factors.write(&found, to, out)
 }
 
-/// The plan that `plan viewfactors` asks for.
+/// Returns the plan that `plan viewfactors` writes.
 pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<linelit_plan::Plan> {
     // Read the facets.
     let sources = Sources::new(&args.read);
     let mesh = sources.read_by(&args.facets, |library| mesh::read(library, &args.facets))?;
     let factors = Factors::new(&args.facets, mesh, &args.factors)?;
-    // Make a unit of the look at all pairs, and one of each group of rows, which needs it.
+    // Make a unit of the classification of all pairs, and one of each group of rows, which needs
+    // it.
     let (rows, step) = (factors.mesh.senders, args.rows as usize);
     let row_seconds = PAIR_SECONDS * factors.facets.len() as f64;
     let work = |work: Work| serde_json::to_string(&work);
@@ -167,13 +173,14 @@ pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<linelit_plan::Plan> {
     )
 }
 
-/// The error of factors that a signal ended at a place.
+/// Returns the error of a computation that a signal ended, `at` some row.
 fn interrupted(at: &str) -> TryAgain {
     let goes_on = "`linelit plan viewfactors` makes what can be gone on with";
     TryAgain(format!("interrupted{at}, and nothing is kept: {goes_on}"))
 }
 
 impl Factors {
+    /// Makes facets of a mesh, and warns if rounding moved their corners far.
     fn new(name: &str, mesh: Mesh, args: &FactorArgs) -> Result<Self> {
         let facets = mesh::facets(name, &mesh, args.sides)?;
         let rounding = facets.rounding();
@@ -188,7 +195,7 @@ impl Factors {
         })
     }
 
-    /// The facets of a plan.
+    /// Returns the facets of a plan.
     pub(super) fn open(folder: &Folder) -> Result<Self> {
         let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
         let again = Again::<FactorArgs>::try_parse_from(settings.viewfactors)?;
@@ -197,7 +204,7 @@ impl Factors {
         Self::new(name, mesh, &again.args)
     }
 
-    /// Adds a row, without its columns of facets that only hide.
+    /// Adds a row, without the columns of facets that only hide others.
     fn add(&self, matrix: &mut Matrix, mut row: SparseRow) {
         let senders = self.mesh.senders;
         let count = row.columns.partition_point(|k| (*k as usize) < senders);
@@ -207,7 +214,7 @@ impl Factors {
         matrix.push(row);
     }
 
-    /// Computes all rows by the threads of the current pool.
+    /// Computes all rows on the threads of the current pool.
     fn at_once(&self) -> Result<Found> {
         let progress = bar("looking at all pairs");
         progress.enable_steady_tick(std::time::Duration::from_millis(500));
@@ -231,6 +238,7 @@ impl Factors {
         Ok(self.found(matrix, plan.pairs))
     }
 
+    /// Returns the factors with the areas and emittances of their facets.
     fn found(&self, matrix: Matrix, pairs: [u64; 4]) -> Found {
         Found {
             matrix,
@@ -255,11 +263,14 @@ impl Factors {
         })?)
     }
 
+    /// Computes a unit.
     fn compute(&self, work: Work, task: &Task<'_>) -> Result<Vec<u8>, BoxError> {
+        // Classify all pairs.
         let Work::Rows([first, end]) = work else {
             let Plan { weights, pairs } = self.facets.plan();
             return Ok(to_bytes(&(weights, pairs)));
         };
+        // Or compute rows from this classification.
         let (weights, pairs) = from_bytes::<(Vec<f64>, [u64; 4])>(&task.part(0)?)?;
         if weights.len() != self.facets.len() || first > end || end > self.mesh.senders {
             return Err("the plan is of other facets".into());
@@ -317,7 +328,7 @@ impl Factors {
         self.write(&self.gather(folder)?, to, out)
     }
 
-    /// Writes the file and the report, and says what is in them.
+    /// Writes the file and the report, and prints what they contain.
     fn write(&self, found: &Found, to: Destination<'_>, out: &mut Output) -> Result<()> {
         let path = to.path;
         write::write(path, found)?;
@@ -330,6 +341,7 @@ impl Factors {
             folder.finish()?;
             note(format_args!("report: {}", page.display()));
         }
+        // Print the numbers of facets, factors and pairs, and the largest errors.
         let (facets, factors) = (found.areas.len(), found.matrix.data.len());
         let [row_error, row_sum] = [found.most(Found::error), found.most(Found::sum)];
         let [facing, hidden, clear, partly] = found.pairs;
@@ -362,7 +374,7 @@ impl Factors {
     }
 }
 
-/// The work of a plan's units.
+/// Returns the work of a plan's units.
 fn works(folder: &Folder) -> Result<Vec<Work>> {
     let work = folder
         .plan()
@@ -373,7 +385,7 @@ fn works(folder: &Folder) -> Result<Vec<Work>> {
     work.collect::<Result<_, _>>().with_context(what)
 }
 
-/// Adds the rows of a part, which are to be these, of so many columns.
+/// Appends the rows of a part. Fails unless they are exactly these rows and have this many columns.
 fn append(all: &mut Matrix, part: Part, rows: Range<usize>, columns: usize) -> Result<()> {
     let (indptr, indices, data, error, sky) = part;
     let ends = [indptr.first(), indptr.last()] == [Some(&0), Some(&data.len())];

@@ -1,4 +1,5 @@
-//! The report of view factors: sums, errors, the matrix, and the facets with their view of the sky.
+//! The report of view factors: sums of rows, errors, the matrix as a picture, and the facets with
+//! their view of the sky.
 
 use super::{Factors, Found};
 use anyhow::Result;
@@ -7,18 +8,18 @@ use linelit_geometry::DVec3;
 use linelit_study::report::{Cell, Picture, Report, Section, Table};
 use linelit_study::short_name;
 
-/// The most pixels across and down of the picture of the matrix.
+/// The largest width and height of the picture of the matrix, in pixels.
 const MATRIX: usize = 512;
-/// The decades of factors that it shows.
+/// The smallest factor that it shows, relative to the largest.
 const DECADES: f64 = 1e-6;
-/// Pixels across and down of the picture of the facets.
+/// The width and height of the picture of the facets, in pixels.
 const VIEW: [u32; 2] = [960, 720];
-/// Towards the viewer: from the south-west, some 40° above the horizon.
+/// The direction to the viewer: from the south-west, some 40° above the horizon.
 const TOWARDS: DVec3 = DVec3::new(-0.5, -0.75, 0.75);
-/// Rows that the table of errors lists.
+/// The number of rows that the table of errors lists.
 const LISTED: usize = 12;
 
-/// The page.
+/// Returns the page of the report.
 pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Report> {
     let name = short_name(&factors.name);
     let count = found.areas.len();
@@ -67,7 +68,7 @@ pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Rep
     Ok(report)
 }
 
-/// The least, the mean and the most of numbers.
+/// Returns the table of the minimum, mean and maximum of the sums and errors of rows.
 fn sums(found: &Found) -> Table {
     let rows = 0..found.areas.len();
     let with_sky = |row| found.sum(row) + found.matrix.sky[row];
@@ -97,7 +98,7 @@ fn sums(found: &Found) -> Table {
     Table::new("", ["", "least", "mean", "most"], lines)
 }
 
-/// Six decimals, or the power of ten of what these do not show.
+/// Formats a number with six decimals, or by a power of ten if these would not show it.
 fn shown(value: f64) -> String {
     match value.abs() {
         small if small > 0.0 && small < 1e-3 => format!("{value:.2e}"),
@@ -105,7 +106,7 @@ fn shown(value: f64) -> String {
     }
 }
 
-/// The rows of the largest errors.
+/// Returns the table of the rows with the largest errors.
 fn errors(found: &Found) -> Table {
     let mut rows: Vec<_> = (0..found.areas.len())
         .map(|row| (found.error(row), row))
@@ -127,6 +128,7 @@ fn errors(found: &Found) -> Table {
     Table::new("The rows of the largest errors.", heads, lines)
 }
 
+/// Returns the table of pairs by how they were classified.
 fn pairs(found: &Found) -> Table {
     let all = found.pairs.iter().sum::<u64>().max(1) as f64;
     let names = [
@@ -146,12 +148,13 @@ fn pairs(found: &Found) -> Table {
     Table::new("", ["", "pairs", "share"], lines)
 }
 
-/// The matrix, a pixel for one factor or the mean of some.
+/// Returns the picture of the matrix. A pixel shows one factor, or the mean of several.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "colours, and counts up to MATRIX"
 )]
 fn matrix(found: &Found) -> Result<Picture> {
+    // Sum the factors in the bin of each pixel.
     let count = found.areas.len();
     let side = count.min(MATRIX);
     let bin = |k: usize| k * side / count;
@@ -163,6 +166,7 @@ fn matrix(found: &Found) -> Result<Picture> {
             sums[bin(row) * side + bin(found.matrix.indices[k] as usize)] += found.matrix.data[k];
         }
     }
+    // Divide by the numbers of rows and columns of the bin, and colour the means.
     for (k, sum) in sums.iter_mut().enumerate() {
         *sum /= f64::from(in_bin[k / side]) * f64::from(in_bin[k % side]);
     }
@@ -184,7 +188,8 @@ fn matrix(found: &Found) -> Result<Picture> {
     Ok(Picture::of_scalars(side, side, &values, map, &caption)?)
 }
 
-/// The facets by their view of the sky; those that only hide are grey.
+/// Returns the picture of the facets, coloured by their view of the sky; facets that only hide
+/// others are grey.
 fn sky(factors: &Factors, found: &Found) -> Result<Picture> {
     let [width, height] = VIEW;
     let seen = View::of(factors).draw(factors);
@@ -194,7 +199,7 @@ fn sky(factors: &Factors, found: &Found) -> Result<Picture> {
         logarithmic: false,
     };
     let at = |x: u32, y: u32| seen[(y * width + x) as usize];
-    // Lines between facets, where these are larger than some pixels.
+    // Draw lines between facets if most facets are larger than some pixels.
     let lines = found.areas.len() < (width * height / 256) as usize;
     let image = Image::from_fn(width, height, |x, y| {
         let Some(facet) = at(x, y) else {
@@ -219,21 +224,23 @@ fn sky(factors: &Factors, found: &Found) -> Result<Picture> {
     })
 }
 
-/// A view in parallel from above.
+/// A parallel projection from above.
 struct View {
-    /// Right, down, and towards the viewer.
+    /// The directions to the right, downwards, and towards the viewer.
     axes: [DVec3; 3],
-    /// The upper left corner, and pixels for a unit of length.
+    /// The upper left corner in the plane of the picture, and the number of pixels per unit of
+    /// length.
     corner: [f64; 2],
     scale: f64,
 }
 
 impl View {
-    /// The view that shows all facets.
+    /// Returns the view that shows all facets.
     fn of(factors: &Factors) -> Self {
         let towards = TOWARDS.normalize();
         let right = DVec3::Z.cross(towards).normalize();
         let axes = [right, right.cross(towards), towards];
+        // Find the extent of the vertices along the first two axes.
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for vertex in factors.mesh.polygons.iter().flatten() {
             let vertex = DVec3::from_array(factors.mesh.vertices[*vertex as usize]);
@@ -242,6 +249,7 @@ impl View {
                 *end = [end[0].min(along), end[1].max(along)];
             }
         }
+        // Fit it into the picture.
         let [width, height] = VIEW.map(f64::from);
         let [across, down] = ends.map(|[low, high]| (high - low).max(f64::MIN_POSITIVE));
         let scale = 0.96 * (width / across).min(height / down);
@@ -257,7 +265,8 @@ impl View {
         }
     }
 
-    /// The facet in each pixel: the nearest of those that turn to the viewer.
+    /// Returns the facet in each pixel: the nearest of the facets that face the viewer, by a depth
+    /// buffer.
     fn draw(&self, factors: &Factors) -> Vec<Option<u32>> {
         let area = (VIEW[0] * VIEW[1]) as usize;
         let (mut seen, mut depths) = (vec![None; area], vec![f64::NEG_INFINITY; area]);
@@ -283,12 +292,12 @@ impl View {
     }
 }
 
-/// Hands on the pixels whose middles a triangle covers, with their depth.
+/// Calls a function with each pixel whose centre a triangle covers, and the depth there.
 fn fill([a, b, c]: [DVec3; 3], both_sides: bool, mut each: impl FnMut(usize, f64)) {
     let cross =
         |p: DVec3, q: DVec3, r: DVec3| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
     let area = cross(a, b, c);
-    // Downwards is the second axis, so that counter-clockwise is negative.
+    // The second axis points down, so that counter-clockwise triangles have a negative area.
     if area == 0.0 || (area > 0.0 && !both_sides) {
         return;
     }
@@ -297,6 +306,7 @@ fn fill([a, b, c]: [DVec3; 3], both_sides: bool, mut each: impl FnMut(usize, f64
         clippy::cast_sign_loss,
         reason = "clamped to the picture"
     )]
+    // Visit the pixels in the bounding box of the triangle.
     let pixels = |of: fn(&DVec3) -> f64, size: u32| {
         let values = [of(&a), of(&b), of(&c)];
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -309,6 +319,7 @@ fn fill([a, b, c]: [DVec3; 3], both_sides: bool, mut each: impl FnMut(usize, f64
     for y in rows {
         for x in columns.clone() {
             let at = DVec3::new(f64::from(x) + 0.5, f64::from(y) + 0.5, 0.0);
+            // Barycentric coordinates are all positive inside, and interpolate the depth.
             let [u, v, w] = [cross(b, c, at), cross(c, a, at), cross(a, b, at)].map(|e| e / area);
             if u.min(v).min(w) >= 0.0 {
                 each((y * VIEW[0] + x) as usize, u * a.z + v * b.z + w * c.z);
@@ -323,8 +334,8 @@ mod tests {
     use crate::args::FactorArgs;
     use linelit_viewfactors::files::Mesh;
 
-    /// A square that looks up sees the sky alone; one below it that looks down is not in the
-    /// picture, which is white beside them.
+    /// A square that faces up sees only the sky; one below it that faces down is not in the
+    /// picture, which is white elsewhere.
     #[test]
     fn facets_are_drawn_by_their_sky() {
         let args = FactorArgs {

@@ -1,4 +1,4 @@
-//! Files of view factors: a table, arrays for scipy, and View3D's text.
+//! Files of view factors: CSV tables, arrays for scipy, and View3D's text format.
 
 use super::Found;
 use flate2::Crc;
@@ -19,7 +19,8 @@ pub(super) fn write(path: &Path, found: &Found) -> Result<(), FilmError> {
     })
 }
 
-/// A factor a line, then the sky of the row, whose error is the sum of the row's.
+/// Writes one factor per line, and after each row its view of the sky, whose error is the sum of
+/// the row's errors.
 fn csv(to: &mut impl Write, found: &Found) -> io::Result<()> {
     let matrix = &found.matrix;
     writeln!(to, "from,to,factor,error")?;
@@ -33,9 +34,11 @@ fn csv(to: &mut impl Write, found: &Found) -> io::Result<()> {
     Ok(())
 }
 
-/// View3D's text file: a line of the program, its version and four numbers, the last that of
-/// surfaces; areas; rows; emittances, which are 1 where the file has none.
+/// Writes View3D's text file: a line with the program, its version and four numbers, the last of
+/// which is the number of surfaces; the areas; the rows; and the emittances, which are 1 if the
+/// input has none.
 fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
+    // Write the head and the areas.
     let (matrix, count) = (&found.matrix, found.areas.len());
     let head = format!("linelit {} 0 0 0 {count}", linelit_study::version());
     writeln!(to, "{head:<30}")?;
@@ -50,6 +53,7 @@ fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
         writeln!(to)
     };
     line(&found.areas)?;
+    // Write the rows densely; only the entries of the previous row are reset.
     let mut row = vec![0.0; count];
     for ends in matrix.indptr.windows(2) {
         let entries = ends[0]..ends[1];
@@ -62,14 +66,16 @@ fn view3d(to: &mut impl Write, found: &Found) -> io::Result<()> {
             .iter()
             .for_each(|column| row[*column as usize] = 0.0);
     }
+    // Write the emittances.
     if found.emittances.len() == count {
         return line(&found.emittances);
     }
     line(&vec![1.0; count])
 }
 
-/// Arrays for `scipy.sparse.load_npz`, and `error`, `sky` and `area` beside them.
+/// Writes arrays for `scipy.sparse.load_npz`, and in addition `error`, `sky` and `area`.
 fn npz(to: &mut impl Write, found: &Found) -> io::Result<()> {
+    // Write the matrix in compressed rows, as scipy names its arrays.
     let mut zip = Zip {
         to,
         at: 0,
@@ -91,6 +97,7 @@ fn npz(to: &mut impl Write, found: &Found) -> io::Result<()> {
         .collect();
     zip.array("indices", "<i8", false, &indices)?;
     drop(indices);
+    // Write the factors, and our arrays.
     let arrays = [
         ("data", &matrix.data),
         ("error", &matrix.error),
@@ -103,24 +110,27 @@ fn npz(to: &mut impl Write, found: &Found) -> io::Result<()> {
     zip.finish()
 }
 
-/// A zip file of stored entries, by the 64-bit form throughout (PKWARE's APPNOTE 4.5.3).
+/// A zip file of stored (uncompressed) entries, in the 64-bit form throughout (PKWARE's APPNOTE
+/// 4.5.3).
 struct Zip<'a, W> {
     to: &'a mut W,
-    /// Bytes so far.
+    /// The number of bytes written so far.
     at: u64,
     /// The central directory so far.
     directory: Vec<u8>,
     entries: u64,
 }
 
-/// 1 January 1980: equal contents give equal bytes.
+/// The date of all entries, 1 January 1980, so that equal contents give equal bytes.
 const DATE: u32 = 0x21_0000;
-/// The version that reads 64-bit sizes, and what stands where they do not fit.
+/// The version of the format with 64-bit sizes, and the value that stands in 32-bit fields instead
+/// of them.
 const VERSION: u16 = 45;
 const ELSEWHERE: u32 = u32::MAX;
 
 impl<W: Write> Zip<'_, W> {
-    /// An array in numpy's format: of items of so many bytes, or of one item without dimensions.
+    /// Writes an array in numpy's format, of items of `N` bytes each, or a single item without
+    /// dimensions.
     fn array<const N: usize>(
         &mut self,
         name: &str,
@@ -134,7 +144,7 @@ impl<W: Write> Zip<'_, W> {
             format!("{},", items.len())
         };
         let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-        // Ten bytes stand before the text, which ends at a multiple of 64.
+        // Ten bytes precede the text, which is padded to end at a multiple of 64.
         let width = (text.len() + 11).next_multiple_of(64) - 11;
         let mut head = b"\x93NUMPY\x01\x00".to_vec();
         head.extend(u16::try_from(width + 1).unwrap_or(0).to_le_bytes());
@@ -146,17 +156,19 @@ impl<W: Write> Zip<'_, W> {
         self.entry(&format!("{name}.npy"), crc.sum(), [&head, body])
     }
 
+    /// Writes an entry: a local header, the data, and the entry of the central directory.
     fn entry(&mut self, name: &str, crc: u32, parts: [&[u8]; 2]) -> io::Result<()> {
         let size = (parts[0].len() + parts[1].len()) as u64;
         let sizes = [size.to_le_bytes(), size.to_le_bytes()].concat();
         let length = u16::try_from(name.len()).unwrap_or(0).to_le_bytes();
-        // Version, flags, method, date, checksum and sizes are the same in both places.
+        // Version, flags, method, date, checksum and sizes are the same in both headers.
         let mut common = VERSION.to_le_bytes().to_vec();
         common.extend([0; 4]);
         for word in [DATE, crc, ELSEWHERE, ELSEWHERE] {
             common.extend(word.to_le_bytes());
         }
         common.extend(length);
+        // Write the local header and the data.
         let place = self.at;
         let extra = [&[1, 0, 16, 0][..], &sizes].concat();
         let local = [
@@ -171,6 +183,7 @@ impl<W: Write> Zip<'_, W> {
             self.to.write_all(bytes)?;
             self.at += bytes.len() as u64;
         }
+        // Add the entry to the central directory.
         let extra = [&[1, 0, 24, 0][..], &sizes, &place.to_le_bytes()].concat();
         let version = VERSION.to_le_bytes();
         self.directory
@@ -181,6 +194,7 @@ impl<W: Write> Zip<'_, W> {
         Ok(())
     }
 
+    /// Writes the central directory, and its end in the 64-bit and in the 32-bit form.
     fn finish(self) -> io::Result<()> {
         let (start, size) = (self.at, self.directory.len() as u64);
         self.to.write_all(&self.directory)?;
@@ -191,7 +205,7 @@ impl<W: Write> Zip<'_, W> {
         for number in [self.entries, self.entries, size, start] {
             end.extend(number.to_le_bytes());
         }
-        // Where the end in 64 bits is, and the end for those who do not know it.
+        // The position of the 64-bit end, and the end for readers that do not know it.
         end.extend(b"PK\x06\x07\0\0\0\0");
         end.extend((start + size).to_le_bytes());
         end.extend(1_u32.to_le_bytes());

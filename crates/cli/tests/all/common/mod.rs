@@ -1,4 +1,4 @@
-//! Running the tool as a user does.
+//! Functions that run the tool as a user does, which all tests share.
 
 use std::collections::BTreeMap;
 use std::ops::Deref;
@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, OnceLock};
 
-/// The program.
+/// Returns a command of the program.
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_linelit");
 
-/// The tool with these arguments, run to its end.
+/// Runs the tool with these arguments to its end.
 pub(crate) fn linelit(arguments: &[&str]) -> Output {
     Command::new(PROGRAM).args(arguments).output().unwrap()
 }
 
-/// The output of the tool with these arguments, which must succeed.
+/// Returns the output of the tool with these arguments; it must succeed.
 pub(crate) fn succeeded(arguments: &[&str]) -> Output {
     let output = linelit(arguments);
     let said = text(&output.stderr);
@@ -29,7 +29,7 @@ pub(crate) fn folder(name: &str) -> Folder {
     Folder(dir)
 }
 
-/// A folder that goes with this value.
+/// A folder that is deleted with this value.
 pub(crate) struct Folder(PathBuf);
 
 impl Deref for Folder {
@@ -46,7 +46,7 @@ impl Drop for Folder {
     }
 }
 
-/// What a program printed.
+/// Returns the output of a program as text.
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
@@ -56,7 +56,7 @@ pub(crate) fn path(p: &Path) -> &str {
     p.to_str().unwrap()
 }
 
-/// What is in a folder, by name.
+/// Returns the contents of the files in a folder, by name.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<String> = entries
@@ -82,7 +82,7 @@ pub(crate) fn small_study<'a>(scene: &'a str, out: &'a Path) -> Vec<&'a str> {
     arguments
 }
 
-/// How many parts are whole in the folder of a plan.
+/// Counts the complete parts in the folder of a plan.
 #[cfg(unix)]
 pub(crate) fn parts(plan: &Path) -> usize {
     let entries = std::fs::read_dir(plan.join("parts"));
@@ -92,7 +92,8 @@ pub(crate) fn parts(plan: &Path) -> usize {
         .count()
 }
 
-/// Starts a command that works off a plan, and ends it by a signal once there is another part.
+/// Starts a command that computes units of a plan, and ends it by a signal once another part was
+/// written.
 #[cfg(unix)]
 pub(crate) fn signalled(words: &[&str], plan: &Path, signal: rustix::process::Signal) -> Output {
     use rustix::process::{Pid, kill_process};
@@ -110,8 +111,8 @@ pub(crate) fn signalled(words: &[&str], plan: &Path, signal: rustix::process::Si
     child.wait_with_output().unwrap()
 }
 
-/// Arguments of a study whose measurements of one sample take a moment, and those of 65536, guessed
-/// by a pilot of a second, many times a budget of a minute.
+/// Arguments of a study whose measurements with one sample take a moment. Its measurements with
+/// 65536 samples take, according to a pilot of a second, many times a budget of a minute.
 pub(crate) fn late_study(out: &Path) -> Vec<&str> {
     let words = "converge cornell-box --smallest --threads 1 --pixels 8x8 --trials 1000 \
                  --samples 1,65536 --samplers stratified --estimators point-area,point-solid-angle \
@@ -123,31 +124,31 @@ pub(crate) fn late_study(out: &Path) -> Vec<&str> {
         .collect()
 }
 
-/// What a named study printed at its smallest, and the folder that it left.
+/// The output of a named study at its smallest size, and the folder that it wrote.
 #[derive(Debug)]
 pub(crate) struct Smallest {
     pub(crate) said: String,
     pub(crate) folder: PathBuf,
 }
 
-/// A named study at its smallest on one thread, run for the first test that asks: some take
-/// seconds, and what they leave is read by several.
+/// Runs a named study at its smallest size on one thread, when the first test needs it. Some
+/// studies take seconds, and several tests read their results.
 pub(crate) fn smallest(name: &'static str) -> &'static Smallest {
     static RUNS: Mutex<BTreeMap<&str, &OnceLock<Smallest>>> = Mutex::new(BTreeMap::new());
     let mut runs = RUNS.lock().unwrap();
     let run: &'static OnceLock<Smallest> = runs
         .entry(name)
         .or_insert_with(|| Box::leak(Box::default()));
-    // Others may run at the same time.
+    // Other studies may run at the same time.
     drop(runs);
     run.get_or_init(|| {
-        // Nobody knows who reads last: the folder stays, and the next run writes over it.
+        // It is unknown which test reads it last: the folder stays, and the next run overwrites it.
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
             .join("smallest")
             .join(name);
         let mut arguments = vec!["converge", name];
         if name == "salesin-fig9" {
-            // The one that needs a scene.
+            // The only study that needs a scene.
             arguments.push("cornell-box-small");
         }
         arguments.extend([

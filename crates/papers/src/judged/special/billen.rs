@@ -1,4 +1,5 @@
-//! Billen & Dutré 2016.
+//! Formulas and costs of Billen & Dutré 2016: the light of a line in closed form, and the cost of
+//! its visibility.
 
 use super::{Numbers, Out, integral};
 use crate::judged::bench::Bench;
@@ -13,12 +14,13 @@ use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Billen & Dutré, eq. 20: as printed, and with F before both terms and D + l in place of C + l.
+/// Billen & Dutré, eq. 20, against quadrature: as printed, and corrected by F before both terms and
+/// D + l in place of C + l. Also the integral of the density of §5.1.2, as printed and corrected.
 pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let numbers = &mut Numbers::new(bench.context.seed);
     let (mut printed, mut mended) = (Vec::new(), 0.0_f64);
     for _ in 0..bench.pick(4, 200, 2000) {
-        // A line above the plane of x at some distance from it.
+        // Draw a line above the plane of the receiver, at some distance from it.
         let origin = DVec3::new(
             numbers.between(-2.0, 2.0),
             numbers.between(-2.0, 2.0),
@@ -28,6 +30,8 @@ pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         let along = DVec3::new(along.x, along.y, 0.3 * along.z.abs()).normalize();
         let normal = along.cross(numbers.direction()).normalize();
         let l = numbers.between(0.2, 2.0);
+        // Evaluate both terms of eq. 20; `second(c)` is the printed one, `second(d)` the corrected
+        // one.
         let (a, b, c) = (origin.z, along.z, origin.length_squared());
         let (d, f) = (origin.dot(along), origin.dot(normal));
         let q = c - d * d;
@@ -37,6 +41,7 @@ pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
             let over = l * (b * c * (x + l) + a * (c - d * l - 2.0 * d * d));
             over / (2.0 * c * q * (l * l + 2.0 * d * l + c))
         };
+        // Compare both with quadrature.
         let integrand = |t: f64| (a + t * b) / (c + 2.0 * d * t + t * t).powi(2);
         let exact = -f * integral(integrand, 0.0, l);
         let relative = |v: f64| (v / exact - 1.0).abs();
@@ -47,7 +52,8 @@ pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let median = printed[printed.len() / 2];
     out.insert("eq. 20 as printed".to_owned(), Measured::exact(median));
     out.insert("eq. 20 mended".to_owned(), Measured::exact(mended));
-    // §5.1.2: a triangle of base 1.3 along the axis and height 0.8, whose area is 0.52.
+    // §5.1.2: a triangular density of base 1.3 along the axis and height 0.8, so that its area is
+    // 0.52, has to integrate to one.
     let (base, area) = (1.3, 0.52);
     let under = |peak: f64| Measured::exact(0.5 * base * peak);
     out.insert(
@@ -58,7 +64,7 @@ pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// ∫ cosⁿ by the recursion of eq. 16.
+/// Evaluates an antiderivative of cosⁿ by the recursion of eq. 16.
 fn cosine_power(n: u32, theta: f64) -> f64 {
     let (sin, cos) = theta.sin_cos();
     let (mut value, first) = if n.is_multiple_of(2) {
@@ -75,13 +81,14 @@ fn cosine_power(n: u32, theta: f64) -> f64 {
     value
 }
 
-/// Eqs. 15, 16 and 24 against quadrature, and the time that the recursion takes.
+/// Compares eqs. 15, 16 and 24 with quadrature, and times the recursion.
 pub(super) fn phong_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let numbers = &mut Numbers::new(bench.context.seed);
     let mut worst = 0.0_f64;
     let exponents = [1_u8, 2, 5, 20, 101];
     for k in 0..bench.pick(4, 100, 1000) {
         let n = exponents[k % exponents.len()];
+        // Draw an interval of angles and the offsets of two more cosines.
         let (low, x, y) = (
             numbers.between(-1.2, 0.0),
             numbers.between(-1.0, 1.0),
@@ -92,22 +99,24 @@ pub(super) fn phong_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         let cosines = |m: u8| between(&|u| cosine_power(u32::from(m), u));
         let with_sine =
             |m: u8| between(&|u: f64| -u.cos().powi(i32::from(m) + 1) / f64::from(m + 1));
-        // sin² = 1 − cos².
+        // Evaluate the product of all cosines in closed form, with sin² = 1 − cos².
         let closed = x.cos() * y.cos() * cosines(n + 2)
             - (x.cos() * y.sin() + x.sin() * y.cos()) * with_sine(n + 1)
             + x.sin() * y.sin() * (cosines(n) - cosines(n + 2));
+        // Compare with quadrature, relative to the integral of the power alone.
         let integrand = |u: f64| u.cos().powi(i32::from(n)) * (u + x).cos() * (u + y).cos();
         let exact = integral(integrand, low, high);
         let scale = integral(|u| u.cos().powi(i32::from(n)), low, high);
         worst = worst.max((closed - exact).abs() / scale);
     }
     out.insert("eq. 24".to_owned(), Measured::exact(worst));
+    // Time the recursion for a power of 1,000 and for one of 10,000.
     let time = |n: u32| {
         let mut least = f64::INFINITY;
         for _ in 0..bench.pick(2, 200, 2000) {
             let start = Instant::now();
             for k in 0..16 {
-                // So near the axis that no power of a cosine is subnormal.
+                // The angles are so close to the axis that no power of a cosine is subnormal.
                 black_box(cosine_power(black_box(n), 0.005 * f64::from(k)));
             }
             least = least.min(start.elapsed().as_secs_f64());
@@ -122,17 +131,21 @@ pub(super) fn phong_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// Box and triangle tests of a shadow triangle in scenes that grow (§6.2, O(log n + m)): how many
-/// times as many among 2⁸ times as many triangles of which the same are in the way; and the power
-/// of m, the triangles that hide a part of the line, as which they grow among 2⁴ times as many.
+/// Counts the box and triangle tests of a shadow triangle in growing scenes (§6.2 claims O(log n +
+/// m)). Two numbers come out: how many times more tests there are among 2⁸ times as many triangles
+/// of which the same number are in the way, and the power of m with which tests grow among 2⁴ times
+/// as many triangles in the way, where m is the number of triangles that hide a part of the line.
 pub(super) fn growth(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     const FEW: u32 = 1 << 10;
     let lines = bench.pick(8, 512, 4096);
     let seed = bench.context.seed;
+    // Count tests among few triangles, among the same with many more far away, and among many.
     let few = Tests::among(&soup(FEW, 0, seed), lines, seed);
     let beside = bench.pick(FEW, 255 * FEW, 255 * FEW);
     let beside = Tests::among(&soup(FEW, beside, seed), lines, seed);
     let dense = Tests::among(&soup(bench.pick(2, 16, 16) * FEW, 0, seed), lines, seed);
+    // The factor by which tests grow off to the side; and, among many, the growth of tests as a
+    // power of the growth of m.
     let ratio = |a: &[f64], b: &[f64]| Measured::positive_mean(a).over(Measured::positive_mean(b));
     out.insert(
         "tests, more beside".to_owned(),
@@ -144,7 +157,8 @@ pub(super) fn growth(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// Corners of small triangles between a floor and a light, three each, and of others far beside.
+/// Returns the corners, three each, of small triangles between a floor and a light, and of more
+/// triangles that are off to the side.
 fn soup(between: u32, beside: u32, seed: u64) -> Vec<[f32; 3]> {
     let mut numbers = Numbers::new(seed);
     let mut corners = Vec::new();
@@ -160,16 +174,18 @@ fn soup(between: u32, beside: u32, seed: u64) -> Vec<[f32; 3]> {
     corners
 }
 
-/// The counts of single shadow triangles' tests in a scene.
+/// The numbers of tests of single shadow triangles in a scene.
 struct Tests {
-    /// Boxes and triangles that are tested.
+    /// The numbers of boxes and triangles that are tested.
     all: Vec<f64>,
-    /// Triangles that hide a part of the line.
+    /// The numbers of triangles that hide a part of the line.
     blockers: Vec<f64>,
 }
 
 impl Tests {
+    /// Counts the tests for random lines seen from random points.
     fn among(corners: &[[f32; 3]], lines: u32, seed: u64) -> Self {
+        // Build the hierarchy over the triangles.
         let triangles: Vec<[u32; 3]> = (0..)
             .step_by(3)
             .take(corners.len() / 3)
@@ -184,16 +200,19 @@ impl Tests {
         let (mut scratch, mut visible) = (Scratch::new(), VisibleLines::new());
         let (mut all, mut blockers) = (Vec::new(), Vec::new());
         for _ in 0..lines {
+            // Draw a point on the floor and a line on the light.
             let mut place = |z| {
                 let [x, y] = [(); 2].map(|()| numbers.between(-0.8, 0.8));
                 DVec3::new(x, y, z)
             };
             let (point, line) = (place(0.0), Segment::new(place(1.0), place(1.0)));
+            // Count the tests of one query.
             let ends = [line.p0, line.p1];
             let mut shaft = occluders.shaft(ShaftQuery::new(point, &ends), &mut scratch);
             shaft.visible(std::slice::from_ref(&line), &mut visible);
             let counters = std::mem::take(&mut scratch.counters);
             all.push((counters.node_tests + counters.triangle_tests) as f64);
+            // Count the triangles in the way by trying each.
             let Some(shadow) = ShadowTriangle::new(point, &line) else {
                 continue;
             };
@@ -204,25 +223,28 @@ impl Tests {
     }
 }
 
-/// The share of visibility in the processor time of one line at a point, walk and clipping together
-/// (§6.2): what the same estimates take longer than without anything in the way, in turns.
+/// Measures the fraction of the processor time of one line at a point that visibility takes, walk
+/// and clipping together (§6.2): how much longer the same estimates take than without any occluder,
+/// timed in turns.
 pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let mut settings = Settings {
         estimator: "line-analytic[orientation=parallel,control=none]".parse()?,
         sampler: SamplerKind::Independent,
         samples: 1,
         seed: bench.context.seed,
-        // As the paper means it: nothing is skipped that a scene does not need.
+        // As the paper means it, no work is skipped.
         skip: false,
         ..Settings::default()
     };
     let [width, height] = bench.pick([4; 2], [24; 2], [48; 2]);
     for name in SHARES {
+        // Make a copy of the scene in which all triangles are degenerate.
         let mut scene = bench.context.library.load(name)?.scene;
         scene.set_resolution(width, height);
         let mut bare = scene.clone();
         bare.triangles.fill([0; 3]);
         let (renderer, empty) = (Renderer::new(&scene), Renderer::new(&bare));
+        // Time the estimates of all points with and without occluders.
         let targets = Targets::find(&renderer, &all_pixels(width, height));
         let mut workspace = Workspace::new();
         let mut time = |renderer: &Renderer<'_>, passes: u32| {
@@ -236,6 +258,7 @@ pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
             }
             clock.seconds()
         };
+        // The fraction is one minus the ratio of the times.
         let passes = bench.pick(1, 4, 16);
         let ratios: Vec<f64> = (0..bench.pick(3, 12, 24))
             .map(|_| time(&empty, passes) / time(&renderer, passes))
@@ -247,7 +270,7 @@ pub(super) fn share(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// Scenes whose share of visibility is measured.
+/// The scenes in which visibility's fraction of the time is measured.
 const SHARES: [&str; 3] = [
     "grid-planes-large",
     "triangle-soup-large",

@@ -1,42 +1,46 @@
-//! The inverse distribution function of projected solid angle along a line, and how near two steps
-//! of the iteration of Peters 2021 come to it (§3.4).
+//! The inverse distribution function of projected solid angle along a line, and the largest error
+//! that two steps of the iteration of Peters 2021 (§3.4) leave.
 
 use linelit_elementary::{asin, atan2, pow, sin, sin_cos};
 use linelit_samplers::{Sampler, SamplerKind};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// F of eq. 3, of the angle whose sine is ω.
+/// Returns F of eq. 3 at the angle whose sine is ω.
 pub(crate) fn antiderivative([ns, nt]: [f64; 2], angle: f64) -> f64 {
     let (w, root) = sin_cos(angle);
     ns * w * w + nt * (root * w + angle)
 }
 
-/// The angles between which a line that is infinitely long is above the horizon.
+/// Returns the angles between which an infinitely long line is above the horizon.
 pub(crate) fn above([ns, nt]: [f64; 2]) -> [f64; 2] {
     // n_s ω + n_t √(1 − ω²) is the cosine of the angle from (n_s, n_t).
     let middle = atan2(ns, nt);
     [-FRAC_PI_2, FRAC_PI_2].map(|quarter| (middle + quarter).clamp(-FRAC_PI_2, FRAC_PI_2))
 }
 
-/// A line and a random number, as four numbers in [0, 1]: the turn of the normal, both ends between
-/// where the line meets the horizon, uniform in the angle, and where ξ is between both guards.
+/// A line and a random number, as four numbers in [0, 1]: the rotation of the normal, both ends as
+/// fractions of the angles above the horizon, and ξ as a fraction of the range between the guards.
 type Case = [f64; 4];
 
-/// ξ nearer to its ends is not iterated.
+/// The distance of ξ from 0 and 1 below which the iteration is not tried.
 const GUARD: f64 = 1e-5;
 
-/// The error in ξ of the paper's iteration (algorithm 2 in f64) after some steps. `None` where less
-/// than 10⁻⁷ of a whole line is left, and rounding would be seen.
+/// Returns the error in ξ of the paper's iteration (algorithm 2 in `f64`) after some steps. `None`
+/// if less than 10⁻⁷ of a whole line is left, where rounding would dominate.
 fn backward_error([turn, from, to, xi]: Case, steps: u32) -> Option<f64> {
+    // Decode the case: the normal, the ends of the line, and ξ.
     let xi = GUARD + xi * (1.0 - 2.0 * GUARD);
     let (ns, nt) = sin_cos(PI * (2.0 * turn - 1.0));
     let [low, high] = above([ns, nt]);
     let [first, last] = [from.min(to), from.max(to)].map(|share| low + share * (high - low));
+    // Integrate from one end to the other.
     let value = |angle| antiderivative([ns, nt], angle);
     let (start, total) = (value(first), value(last) - value(first));
     if total < 1e-7 {
         return None;
     }
+    // Start at a sine linear in ξ, and take steps of second order, which solve the quadratic of the
+    // Taylor expansion.
     let [w0, w1] = [first, last].map(sin);
     let mut alpha = asin((w0 + xi * (w1 - w0)).clamp(-1.0, 1.0));
     for _ in 0..steps {
@@ -50,19 +54,23 @@ fn backward_error([turn, from, to, xi]: Case, steps: u32) -> Option<f64> {
         let step = if sum.abs() > 0.0 { -2.0 * g / sum } else { 0.0 };
         alpha = (alpha + step).clamp(-FRAC_PI_2, FRAC_PI_2);
     }
+    // Which ξ belongs to the angle found?
     Some(((value(alpha) - start) / total - xi).abs())
 }
 
-/// The worst backward error after some steps: tries random cases, every other one with numbers that
-/// are as often near an end as far from it, and climbs from the worst.
+/// Returns the worst backward error after some steps: tries random cases, half of which have
+/// numbers that are often very close to 0 or 1, and climbs from the worst ones.
 pub(super) fn worst(cases: u32, steps: u32, seed: u64) -> f64 {
     const CLIMBS: usize = 64;
     const BLOCK: u32 = 1 << 12;
     let numbers = Sampler::new(SamplerKind::Independent, seed);
+    // Map the lower half of the numbers to distances from 0 whose logarithm is uniform between 10⁻⁶
+    // and 1, and the upper half to such distances from 1.
     let near_an_end = |u: f64| match u {
         u if u < 0.5 => pow(1e-6, 2.0 * u),
         u => 1.0 - pow(1e-6, 2.0 * u - 1.0),
     };
+    // Try random cases, and remember the worst.
     let mut best: Vec<(f64, Case)> = Vec::new();
     for k in 0..cases {
         let at = |stream| {
@@ -81,13 +89,15 @@ pub(super) fn worst(cases: u32, steps: u32, seed: u64) -> f64 {
             best.truncate(CLIMBS);
         }
     }
+    // Climb from each of these.
     let tops = (1..)
         .zip(best)
         .map(|(k, from)| climb(from, steps, &numbers, k));
     tops.fold(0.0, f64::max)
 }
 
-/// The error where a climb from a case ends: random moves, shorter once none of 16 is up.
+/// Climbs from a case by random moves, which become shorter whenever none of 16 leads up, and
+/// returns the error at the end.
 fn climb(from: (f64, Case), steps: u32, numbers: &Sampler, stream: u32) -> f64 {
     let (mut error, mut case) = from;
     let (mut step, mut turn) = (0.1, 0);
@@ -115,7 +125,8 @@ fn climb(from: (f64, Case), steps: u32, numbers: &Sampler, stream: u32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two steps are as good as the paper says, one is not, and three are better still.
+    /// Two steps are as precise as the paper says, one step is not, and three are still more
+    /// precise.
     #[test]
     fn two_steps_are_enough() {
         let [one, two, three] = [1, 2, 3].map(|steps| worst(100_000, steps, 3));

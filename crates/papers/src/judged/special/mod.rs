@@ -1,4 +1,5 @@
-//! Measurements that are functions of their own: formulas and algorithms as the papers print them.
+//! Measurements that no cell of estimators can express: each is a function of its own, which
+//! evaluates formulas and algorithms as the papers print them.
 #![allow(
     clippy::disallowed_methods,
     reason = "times, and formulas as they are printed"
@@ -18,17 +19,17 @@ use linelit_samplers::{Sampler, SamplerKind};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// Numbers by name.
+/// The measured numbers by name.
 pub(super) type Out = BTreeMap<String, Measured>;
 
-/// A function's name, the study that it belongs to, and what measures.
+/// The name of a function, the study that it belongs to (empty for none), and the function.
 pub(super) type Special = (
     &'static str,
     &'static str,
     fn(&Bench<'_>, &mut Out) -> Result<()>,
 );
 
-/// All special measurements.
+/// All functions.
 pub(super) const ALL: [Special; 14] = [
     ("diffuse line", "", billen::diffuse_line),
     ("phong line", "", billen::phong_line),
@@ -46,13 +47,14 @@ pub(super) const ALL: [Special; 14] = [
     ("far side", "shirley", shirley::unseen),
 ];
 
-/// Independent uniform numbers.
+/// A stream of independent uniform random numbers.
 pub(super) struct Numbers {
     sampler: Sampler,
     next: u32,
 }
 
 impl Numbers {
+    /// Creates the stream of a seed.
     pub(super) fn new(seed: u64) -> Self {
         Self {
             sampler: Sampler::new(SamplerKind::Independent, seed),
@@ -60,7 +62,7 @@ impl Numbers {
         }
     }
 
-    /// Uniform in [0, 1).
+    /// Draws a number that is uniform in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
         self.next += 1;
         let block = self.next / BLOCK;
@@ -68,11 +70,12 @@ impl Numbers {
         set.get_1d(self.next % BLOCK)
     }
 
+    /// Draws a number that is uniform between two others.
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Draws a direction of unit length.
+    /// Draws a direction, uniform on the sphere.
     pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = self.between(0.0, 2.0 * PI).sin_cos();
@@ -81,11 +84,11 @@ impl Numbers {
     }
 }
 
-/// Numbers of a pattern.
+/// The number of points that are drawn from one set of the sampler.
 const BLOCK: u32 = 1 << 12;
 
-/// Simpson's rule with 2,000 steps: of integrands as smooth as those here an error below 1e-11 of
-/// the largest value, by (b − a)⁵/180/n⁴ times a fourth derivative below 1e4.
+/// Integrates by Simpson's rule with 2,000 steps. The error of integrands as smooth as those here
+/// is below 1e-11 of the largest value, by (b − a)⁵/180/n⁴ times a fourth derivative below 1e4.
 pub(super) fn integral(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     const STEPS: u32 = 2000;
     let h = (b - a) / f64::from(STEPS);

@@ -1,4 +1,5 @@
-//! Salesin & Jarosz 2019, and what scrambling does to Billen & Dutré's nets.
+//! Formulas and weights of Salesin & Jarosz 2019, and the effect of scrambling on the nets of
+//! Billen & Dutré.
 
 use super::{Numbers, Out, integral};
 use crate::drawings::{OCCLUDERS, Smoothing, visible, weight};
@@ -7,8 +8,8 @@ use crate::measured::Measured;
 use anyhow::Result;
 use linelit_samplers::{Sampler, SamplerKind};
 
-/// Salesin & Jarosz, eq. 7, of two densities on [0, 1], expectations by quadrature: as printed, and
-/// without the factor 1/S.
+/// Evaluates Salesin & Jarosz, eq. 7, for two densities on [0, 1] as printed and without the factor
+/// 1/S. Expectations are computed by quadrature.
 pub(super) fn combination(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let numbers = &mut Numbers::new(bench.context.seed);
     let (a, b) = (numbers.between(0.2, 0.8), numbers.between(0.2, 0.8));
@@ -18,7 +19,7 @@ pub(super) fn combination(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     };
     let integrand = |x: f64| 1.0 + (3.0 * x).sin();
     let counts = [1.0, 3.0];
-    // E of the mean over N_s samples of w f/p is ∫ w f.
+    // The expectation of the mean of w f/p over N_s samples is ∫ w f.
     let expectation = |s: usize| {
         let weight = |x: f64| {
             let all = counts[0] * density(0, x) + counts[1] * density(1, x);
@@ -33,10 +34,11 @@ pub(super) fn combination(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// Measures how much scrambling adds to the order of the root mean squared error of the integral of
-/// a ramp, whose ends differ, by the first points of van der Corput's sequence.
+/// Measures how much scrambling adds to the order of the root mean squared error when the first
+/// points of van der Corput's sequence integrate a ramp, whose ends differ.
 pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let trials = bench.pick(2, 64, 256);
+    // The error with Owen-scrambled points.
     let scrambled = |samples: u32| {
         let square = |seed: u64| {
             let set = Sampler::new(SamplerKind::Sobol, seed).points([0, 0], 0, samples);
@@ -45,21 +47,23 @@ pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         };
         ((0..trials).map(square).sum::<f64>() / trials as f64).sqrt()
     };
+    // The error with the sequence itself.
     let plain = |samples: u32| {
         let sum: f64 = (0..samples)
             .map(|k| f64::from(k.reverse_bits()) / 2f64.powi(32))
             .sum();
         (sum / f64::from(samples) - 0.5).abs()
     };
+    // Compare the orders from 4 to 1024 points.
     let order = |few: f64, many: f64| (many / few).ln() / 256_f64.ln();
     let gain = order(scrambled(4), scrambled(1024)) - order(plain(4), plain(1024));
     out.insert("a ramp, scrambled".to_owned(), Measured::exact(gain));
     Ok(())
 }
 
-/// The largest steps of the weights of Fig. 4 between places a ten millionth of half the light
-/// apart: at the light's borders, at the edges of what the triangles hide, and where lines slip off
-/// a corner of one.
+/// Measures the largest jumps of the weights of Fig. 4 between positions 2·10⁻⁷ apart: at the
+/// light's borders, at the edges of the hidden parts, and where lines slip past a corner of a
+/// triangle.
 pub(super) fn weights(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     const STEP: f64 = 1e-7;
     let places = bench.pick(4, 256, 1024);
@@ -75,25 +79,28 @@ pub(super) fn weights(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
                 let at = if axis == 0 { [t, offset] } else { [offset, t] };
                 weight(smoothing, at)
             };
+            // Step across the borders of the light, and across the ends of each line's visible
+            // parts.
             for offset in (0..places).map(along) {
                 let step = |a: f64, b: f64| (of(a, offset) - of(b, offset)).abs();
                 border = border.max(step(STEP - 1.0, -1.0 - STEP));
                 border = border.max(step(1.0 - STEP, 1.0 + STEP));
                 let ends = visible(axis, offset);
                 let ends = ends.as_slice().iter().flat_map(|part| [part.lo, part.hi]);
-                // Ends at the light's borders are counted above.
+                // The light's borders are measured above.
                 for end in ends.filter(|t| 0.0 < *t && *t < 1.0) {
                     let end = 2.0 * end - 1.0;
                     edge = edge.max(step(end + STEP, end - STEP));
                 }
             }
-            // Lines that pass by a corner on its one side and its other; what is hidden of the
-            // light is twice as large as what hides it.
+            // Step from lines that pass a corner on one side to lines that pass it on the other.
+            // The hidden part of the light is twice as large as the triangle that hides it.
             for at in OCCLUDERS.iter().flatten() {
                 let (u, v) = (2.0 * at[axis], 2.0 * at[1 - axis]);
                 for t in (0..places).map(along).filter(|t| (t - u).abs() > 0.01) {
                     let both = [of(t, v + STEP), of(t, v - STEP)];
-                    // Where the edge itself is crossed, one of them is hidden.
+                    // Where the step crosses an edge of the hidden part itself, one of the weights
+                    // is zero.
                     if both.iter().all(|w| *w > 0.0) {
                         corner = corner.max((both[0] - both[1]).abs());
                     }

@@ -1,4 +1,5 @@
-//! Shirley & Wang 1991.
+//! Variances of Shirley & Wang 1991: points by a proxy triangle, and points on the far side of a
+//! sphere.
 
 use super::Out;
 use crate::judged::bench::Bench;
@@ -9,9 +10,9 @@ use linelit_lights::{AreaSampler, PointTechnique as _, ProxySampler};
 use linelit_samplers::{Sampler, SamplerKind};
 use std::f64::consts::{PI, TAU};
 
-/// The variance of points by the proxy triangle at unit distance over that of points uniform on the
-/// area, from above and at a grazing angle: of a triangle of side √3 around the origin, seen from a
-/// distance of one by a receiver that faces its middle.
+/// Measures the variance of points by the proxy triangle at unit distance, relative to the variance
+/// of points uniform on the area, from above and at a grazing angle. The light is a triangle of
+/// side √3 around the origin; the receiver is at distance one and faces its middle.
 pub(super) fn grazing(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let batches = bench.pick(2, 16, 64);
     let seed = bench.context.seed;
@@ -19,17 +20,19 @@ pub(super) fn grazing(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
         let (sin, cos) = (TAU * turn).sin_cos();
         DVec3::new(cos, sin, 0.0)
     };
-    // The shading point is over the middle of a side: outside of the triangle as it sinks.
+    // The shading point is over the middle of a side, so that it leaves the triangle's prism as it
+    // sinks.
     let light = ConvexPolygon::triangle(corner(0.0), corner(1.0 / 3.0), corner(2.0 / 3.0))?;
     for (name, degrees) in [("overhead", 60.0_f64), ("grazing", 5.0)] {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let x = DVec3::new(-cos, 0.0, sin);
         let (area, proxy) = (AreaSampler::new(&light), ProxySampler::new(&light, x));
-        // The cosine at the receiver, and that at the light over the square of the distance.
+        // The cosine at the receiver, and the cosine at the light over the squared distance.
         let cosines = |y: DVec3| {
             let (to, distance) = (y - x, (y - x).length());
             (to.dot(-x).max(0.0) / distance, x.z / distance.powi(3))
         };
+        // Estimate the light by both techniques, and compare their variances.
         let by_area = |u| {
             let s = area.sample(u);
             let (receiver, emitter) = cosines(s.point);
@@ -47,7 +50,7 @@ pub(super) fn grazing(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// The relative variance of batches of estimates.
+/// Returns the relative variance of the estimates of each batch.
 fn relative_variances(estimate: impl Fn([f64; 2]) -> f64, batches: u32, seed: u64) -> Vec<f64> {
     const BATCH: u32 = 4096;
     let numbers = Sampler::new(SamplerKind::Independent, seed);
@@ -62,7 +65,7 @@ fn relative_variances(estimate: impl Fn([f64; 2]) -> f64, batches: u32, seed: u6
     (0..batches).map(batch).collect()
 }
 
-/// Computes the part of a sphere that a point does not see, near and far.
+/// Computes the fraction of a sphere that a point does not see, from near and from far.
 pub(super) fn unseen(_: &Bench<'_>, out: &mut Out) -> Result<()> {
     for (name, distance) in [("near", 1.2), ("far", 10.0)] {
         let share = Measured::exact(unseen_from(distance));
@@ -71,8 +74,8 @@ pub(super) fn unseen(_: &Bench<'_>, out: &mut Out) -> Result<()> {
     Ok(())
 }
 
-/// The share of points uniform on a sphere of radius one that face away from a point at this
-/// distance from its centre: counted on a spiral of 100,000, of which none is counted twice.
+/// Returns the fraction of points uniform on a unit sphere that face away from a point at this
+/// distance from its centre, counted over a spiral of 100,000 points.
 fn unseen_from(distance: f64) -> f64 {
     const COUNT: u32 = 100_000;
     let viewer = DVec3::Z * distance;
