@@ -119,9 +119,11 @@ fn is_exact_cheap(facts: &Facts<'_>, count: u32) -> bool {
     let (before, edge, instead) = match facts.known.closed {
         Closed::Diffuse => (BEFORE, LINES_FOR_AN_EDGE, lines),
         // Lines along which lobes are integrated take longer, and so do points by lobes.
-        Closed::OverPolygons { lines_for_an_edge } => {
-            (BEFORE_LOBES, f64::from(lines_for_an_edge), lines.max(POINTS_BY_LOBES))
-        }
+        Closed::OverPolygons { lines_for_an_edge } => (
+            BEFORE_LOBES,
+            f64::from(lines_for_an_edge),
+            lines.max(POINTS_BY_LOBES),
+        ),
         Closed::AlongLines | Closed::Nowhere => return false,
     };
     let exact = before + edge * occlusion.edges * occlusion.candidates;
