@@ -16,7 +16,7 @@ use crate::{
 };
 use linelit_bsdf::{Reflection, TransformedCosines};
 use linelit_geometry::{DVec3, stop};
-use linelit_lights::{Light, PointSource, Viewer};
+use linelit_lights::{Light, PointSource, SeenSurface, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
 /// Memory that estimates use again, and counters; one for each thread. No estimate depends on
@@ -82,10 +82,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         rest,
     } = buffers;
     // Is the shading point on a side of the light that emits?
-    let seen = match query.light.light {
-        light @ Light::Cylinder(_) => light.seen_from(query.point.position),
-        _ => None,
-    };
+    let seen = cylinder_from(query.light.light, query.point.position);
     let view = View::new(query.light, query.point, query.margins, seen.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
@@ -139,8 +136,16 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     // Sample the rest.
     let known = known.filter(|_| method.known == KnownOver::Region(Of::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
-    let lines = &mut memory.lines;
-    sampled.with_rest(&method.rest, light, &mut visible, lines, rest, counts)
+    sampled.with_rest(&method.rest, light, &mut visible, &mut memory.lines, rest, counts)
+}
+
+/// Returns a cylinder as a point sees it, which takes some time to find and is what a view of a
+/// cylinder borrows. `None` for all other lights.
+fn cylinder_from(light: &Light, x: DVec3) -> Option<SeenSurface<'_>> {
+    match light {
+        Light::Cylinder(_) => light.seen_from(x),
+        _ => None,
+    }
 }
 
 /// The method in place of one whose region was too narrow to integrate, which only those of round

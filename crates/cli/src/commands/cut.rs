@@ -2,8 +2,10 @@
 
 use crate::args::PictureArgs;
 use linelit_film::Tile;
+use linelit_geometry::DVec3;
 use linelit_integrator::LightChoice;
-use linelit_scene::SceneDescription;
+use linelit_lights::Light;
+use linelit_scene::{SceneDescription, SceneLight};
 
 /// The bounds of the limit on the time of a unit, in seconds of one thread. With the lower one,
 /// writing its part takes little in comparison; with the upper one, a kill loses little.
@@ -66,9 +68,31 @@ impl Cut {
 /// for a camera ray and for each light, half a microsecond for each sample of a light.
 pub(super) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
     let lights = match picture.lights {
-        LightChoice::All => scene.lights.len() as f64,
+        LightChoice::All => lights_in_use(scene) as f64,
         _ => 1.0,
     };
     let light = 1e-6 + 5e-7 * f64::from(picture.samples);
     picture.camera_samples() * (1e-6 + lights * light)
+}
+
+/// Counts the lights that can send light to a point of the scene: those that emit, without polygons
+/// that face away from all of the scene, which cost next to no time.
+fn lights_in_use(scene: &SceneDescription) -> usize {
+    let Some((lo, hi)) = scene.bounds() else {
+        return scene.lights.len();
+    };
+    // All of the scene is behind a plane if the corners of its bounding box are.
+    let end = |i: u32, low: f64, high: f64| if i.is_multiple_of(2) { low } else { high };
+    let corner = |i: u32| {
+        let (y, z) = (end(i / 2, lo.y, hi.y), end(i / 4, lo.z, hi.z));
+        DVec3::new(end(i, lo.x, hi.x), y, z)
+    };
+    let is_in_use = |light: &&SceneLight| match &*light.light {
+        Light::Area(area) => {
+            let is_lit = |i| area.faces(corner(i), 0.0);
+            area.emission.radiance != DVec3::ZERO && (0..8).any(is_lit)
+        }
+        _ => true,
+    };
+    scene.lights.iter().filter(is_in_use).count()
 }
