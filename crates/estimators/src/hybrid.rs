@@ -195,7 +195,55 @@ const fn nearest_power_of_two(n: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::nearest_power_of_two;
+    use super::{is_exact_cheap, nearest_power_of_two};
+    use crate::{Closed, Facts, KnownKind, LightKind, OcclusionStats};
+
+    /// Six triangles before one point of ten hardly cost anything on average; before all points
+    /// they cost more than a line, and less than sixteen; past dense shafts nobody knows.
+    #[test]
+    fn closed_forms_are_cheap_where_few_points_need_them() {
+        let seldom = OcclusionStats {
+            candidates: 0.6,
+            partial: 0.1,
+            edges: 2.0,
+            ..OcclusionStats::FEW
+        };
+        let always = OcclusionStats {
+            candidates: 6.0,
+            partial: 1.0,
+            ..seldom
+        };
+        let dense = OcclusionStats {
+            dense: true,
+            ..seldom
+        };
+        let is_cheap = |closed, occlusion: &OcclusionStats, samples| {
+            let known = KnownKind {
+                closed,
+                ..KnownKind::NOTHING
+            };
+            let facts = Facts {
+                occlusion,
+                ..Facts::new(LightKind::Polygon, known, samples)
+            };
+            is_exact_cheap(&facts, samples)
+        };
+        let phong = Closed::OverPolygons {
+            lines_for_an_edge: 1,
+        };
+        let cases = [
+            (Closed::Diffuse, seldom, [true, true]),
+            (Closed::Diffuse, always, [false, true]),
+            (Closed::Diffuse, dense, [false, false]),
+            (phong, seldom, [true, true]),
+            (phong, always, [false, true]),
+            (Closed::Nowhere, seldom, [false, false]),
+        ];
+        for (closed, occlusion, expected) in cases {
+            let cheap = [1, 16].map(|samples| is_cheap(closed, &occlusion, samples));
+            assert_eq!(cheap, expected, "{closed:?} {occlusion:?}");
+        }
+    }
 
     #[test]
     fn nearest_powers_of_two() {

@@ -75,7 +75,7 @@ fn triangles_that_share_edges_hide_a_light_together() {
         let visible: f64 = lines.iter().map(|line| by_hand(&mesh, point, line)).sum();
         match (has_hole, class) {
             (false, _) => assert_eq!(class, ShaftClass::Blocked, "case {case}"),
-            (true, ShaftClass::Blocked) => assert_eq!(visible, 0.0, "case {case}"),
+            (true, ShaftClass::Blocked) => assert!(visible <= 0.0, "case {case}"),
             (true, _) => counts[2] += u32::from(visible > 0.0),
         }
         counts[usize::from(has_hole)] += 1;
