@@ -47,6 +47,10 @@ impl<'e, 'f> Choice<'e, 'f> {
                 Some(integral) if integral.by == Integration::Cheapest => {
                     facts.occlusion.dense && hybrid::are_rays_better(facts, integral.count)
                 }
+                // Points by an image take a ray each: what hides them says nothing of the image.
+                _ if facts.light == LightKind::Textured && self.is_hybrid() => {
+                    facts.ask == Ask::Rays || facts.known.closed == Closed::Diffuse
+                }
                 _ => self.is_weighted() && facts.ask == Ask::Rays,
             },
             _ => false,

@@ -136,7 +136,14 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     // Sample the rest.
     let known = known.filter(|_| method.known == KnownOver::Region(Of::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
-    sampled.with_rest(&method.rest, light, &mut visible, &mut memory.lines, rest, counts)
+    sampled.with_rest(
+        &method.rest,
+        light,
+        &mut visible,
+        &mut memory.lines,
+        rest,
+        counts,
+    )
 }
 
 /// Returns a cylinder as a point sees it, which takes some time to find and is what a view of a

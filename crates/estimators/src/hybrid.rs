@@ -29,8 +29,10 @@ const BEFORE_LOBES: f64 = 1.0;
 /// Lines on a diffuse surface that take as long as an edge of a visible region.
 const LINES_FOR_AN_EDGE: f64 = 0.4;
 
-/// Lines with lobes that take as long as a few points that are drawn by lobes.
+/// Lines with lobes that take as long as setting up points that are drawn by lobes, and as the
+/// [`POINTS`] that replace a line.
 const POINTS_BY_LOBES: f64 = 7.0;
+const LINES_FOR_POINTS: f64 = 1.6;
 
 /// Triangles in between, for each point for the rest, up to which the closed form of transformed
 /// cosines with narrow lobes reaches an error before points do.
@@ -98,13 +100,22 @@ pub(crate) fn method<'e>(
     }
     // Lines, of which light is known, or a point tells most of it; else points.
     let takes_lines = match closed {
-        Closed::Nowhere => facts.known.are_wide,
-        Closed::Diffuse | Closed::OverPolygons { .. } | Closed::AlongLines => {
-            count >= POINTS || between.is_dense
-        }
+        Closed::Diffuse | Closed::AlongLines if between.is_dense => true,
+        _ => takes_lines(facts, count),
     };
     let along = along(integral, facts).filter(|_| takes_lines);
     along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))
+}
+
+/// Whether lines are taken where the visible region is not, past triangles that are kept: light
+/// along them is known, or a point of each tells most of it.
+fn takes_lines(facts: &Facts<'_>, count: u32) -> bool {
+    match facts.known.closed {
+        Closed::Nowhere => facts.known.are_wide,
+        // Few lines miss the peak of a narrow lobe; points that are drawn by it do not.
+        Closed::OverPolygons { .. } => facts.known.are_wide && count >= POINTS,
+        Closed::Diffuse | Closed::AlongLines => count >= POINTS,
+    }
 }
 
 /// Whether the closed form over all visible regions of a light, which has no noise, takes at most
@@ -119,11 +130,13 @@ fn is_exact_cheap(facts: &Facts<'_>, count: u32) -> bool {
     let (before, edge, instead) = match facts.known.closed {
         Closed::Diffuse => (BEFORE, LINES_FOR_AN_EDGE, lines),
         // Lines along which lobes are integrated take longer, and so do points by lobes.
-        Closed::OverPolygons { lines_for_an_edge } => (
-            BEFORE_LOBES,
-            f64::from(lines_for_an_edge),
-            lines.max(POINTS_BY_LOBES),
-        ),
+        Closed::OverPolygons { lines_for_an_edge } => {
+            let instead = match takes_lines(facts, count) {
+                true => lines,
+                false => POINTS_BY_LOBES + LINES_FOR_POINTS * lines,
+            };
+            (BEFORE_LOBES, f64::from(lines_for_an_edge), instead)
+        }
         Closed::AlongLines | Closed::Nowhere => return false,
     };
     let exact = before + edge * occlusion.edges * occlusion.candidates;
