@@ -27,7 +27,7 @@ const BEFORE: f64 = 4.0;
 const BEFORE_LOBES: f64 = 1.0;
 
 /// Lines on a diffuse surface that take as long as an edge of a visible region.
-const LINES_FOR_AN_EDGE: f64 = 0.4;
+const LINES_FOR_AN_EDGE: f64 = 0.9;
 
 /// Lines with lobes that take as long as setting up points that are drawn by lobes, and as the
 /// [`POINTS`] that replace a line.
