@@ -30,7 +30,7 @@
 
 use crate::lobe::by_cosine;
 use crate::microfacet::TrowbridgeReitz;
-use crate::{Fresnel, TransformedCosine};
+use crate::{Fresnel, LtcLobe};
 use linelit_elementary::hypot;
 use linelit_geometry::finite::fraction;
 use linelit_geometry::{DMat3, DVec3};
@@ -74,12 +74,7 @@ impl Fits {
     /// has the width √Σ₁₁. Across it, it has the width √(det Σ/Σ₁₁), and is sheared so that slopes
     /// have the covariance Σ. The albedo is the geometric mean of the albedos for both widths. The
     /// map is exact as α → 0.
-    pub(crate) fn lobe(
-        &self,
-        facets: &TrowbridgeReitz,
-        fresnel: &Fresnel,
-        wo: DVec3,
-    ) -> TransformedCosine {
+    pub(crate) fn lobe(&self, facets: &TrowbridgeReitz, fresnel: &Fresnel, wo: DVec3) -> LtcLobe {
         // Find the two widths and the shear in the frame of the viewer.
         let x = DVec3::new(wo.x, wo.y, 0.0).try_normalize();
         let x = x.unwrap_or(DVec3::X);
@@ -91,8 +86,8 @@ impl Fits {
         let (cosine, sine) = (fraction(wo.z), hypot(wo.x, wo.y));
         let [flat, side] = [within, a * (b / within)].map(|width| {
             let alpha = width.clamp(ALPHAS[0], ALPHAS[1]);
-            let place = Place::new(alpha, cosine);
-            Cell {
+            let place = TablePosition::new(alpha, cosine);
+            TableEntry {
                 alpha,
                 map: place.read(self.maps),
                 view: place.read(self.albedos),
@@ -112,7 +107,7 @@ impl Fits {
             Fresnel::Dielectric { eta } if *eta < 1.0 => mean(fresnel, map, wo),
             _ => fresnel.at(cosine + 0.5 * (flat.view[1] + side.view[1])),
         };
-        TransformedCosine {
+        LtcLobe {
             map,
             albedo: share * (flat.view[0] * side.view[0]).sqrt(),
         }
@@ -131,19 +126,19 @@ fn mean(fresnel: &Fresnel, map: DMat3, wo: DVec3) -> DVec3 {
 }
 
 /// The interpolated numbers of the tables for one width.
-struct Cell {
+struct TableEntry {
     alpha: f64,
     map: [f64; 3],
     view: [f64; 2],
 }
 
 /// A position in the tables: a cell, and the fraction of the way to the next one along both axes.
-struct Place {
+struct TablePosition {
     cell: [usize; 2],
     rest: [f64; 2],
 }
 
-impl Place {
+impl TablePosition {
     /// Finds the position of a width and of the cosine of the view.
     fn new(alpha: f64, cosine: f64) -> Self {
         let [least, most] = ALPHAS.map(f64::sqrt);

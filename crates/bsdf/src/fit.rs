@@ -5,7 +5,7 @@
     reason = "a fit is made once, before anything is lit"
 )]
 
-use crate::{Reflection, TransformedCosine, TransformedCosines};
+use crate::{LtcLobe, LtcMixture, Reflection};
 use linelit_elementary::{exp, ln};
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
@@ -25,11 +25,11 @@ const NEAR: f64 = 0.1;
 /// of a light, and correct the result by samples of points; without it they use points alone.
 ///
 /// ```
-/// use linelit_bsdf::{Bsdf, CosineFit, Known, Lambert, Phong, Reflection, TransformedCosines};
+/// use linelit_bsdf::{Bsdf, LtcFit, Known, Lambert, Phong, Reflection, LtcMixture};
 /// use linelit_bsdf::geometry::DVec3;
 ///
 /// /// A reflection of one's own.
-/// struct Own(Bsdf, CosineFit);
+/// struct Own(Bsdf, LtcFit);
 ///
 /// impl Reflection for Own {
 /// #   fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 { self.0.eval(wi, wo, n) }
@@ -42,14 +42,14 @@ const NEAR: f64 = 0.1;
 ///         Known::Cosines { are_unlike: false }
 ///     }
 ///
-///     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+///     fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<LtcMixture> {
 ///         Some(self.1.transformed_cosines(wo, n))
 ///     }
 /// }
 ///
 /// let phong = Phong { specular: DVec3::splat(0.5), exponent: 20.0 };
 /// let bsdf = Bsdf::Phong(Lambert { albedo: DVec3::splat(0.25) }, phong);
-/// let own = Own(bsdf.clone(), CosineFit::new(&bsdf));
+/// let own = Own(bsdf.clone(), LtcFit::new(&bsdf));
 /// assert_eq!(own.transformed_cosines(DVec3::Z, DVec3::Z).unwrap().lobes().len(), 1);
 /// ```
 ///
@@ -60,7 +60,7 @@ const NEAR: f64 = 0.1;
 ///
 /// **Source**: Heitz, Dupuy, Hill & Neubelt 2016; the form of the map is the one of `facet_cosine`.
 #[derive(Clone, Debug)]
-pub struct CosineFit {
+pub struct LtcFit {
     views: Vec<View>,
 }
 
@@ -107,7 +107,7 @@ fn entries([p, q, r]: [f64; 3], cosine: f64) -> [f64; 3] {
     [p / (near * near), q, r * sine / near]
 }
 
-impl CosineFit {
+impl LtcFit {
     /// Fits a reflection that is isotropic: it does not change when it is rotated about the normal.
     #[must_use]
     pub fn new(reflection: &impl Reflection) -> Self {
@@ -128,7 +128,7 @@ impl CosineFit {
 
     /// Returns the fit to f cos for light that leaves in the direction ω_o.
     #[must_use]
-    pub fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+    pub fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> LtcMixture {
         // Interpolate between the two nearest views.
         let cosine = wo.dot(n).abs().min(1.0);
         let last = usize::from(VIEWS - 1);
@@ -152,8 +152,8 @@ impl CosineFit {
             y: n.cross(x),
             z: n,
         };
-        let mut sum = TransformedCosines::new(frame, a.diffuse.lerp(b.diffuse, t));
-        sum.add(TransformedCosine {
+        let mut sum = LtcMixture::new(frame, a.diffuse.lerp(b.diffuse, t));
+        sum.add(LtcLobe {
             map: DMat3::from_cols(
                 DVec3::X * along,
                 DVec3::Y * across,

@@ -2,7 +2,7 @@
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
-use crate::{Fresnel, TransformedCosine};
+use crate::{Fresnel, LtcLobe};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative_vector};
 use std::f64::consts::FRAC_1_PI;
@@ -104,7 +104,7 @@ impl Model for Frostbite {
 
     /// The diffuse part takes in F90 the mean of (ω_i·h)² = (1 + ω_i·ω_o)/2 over the cosine, and
     /// uses ∫ s(cos_i) cos_i/π = 1 + (F90 − 1)/21.
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
         let r = self.roughness;
         let f90 = 0.5 * r + r * (1.0 + wo.z * (2.0 / 3.0));
         let scatter = (1.0 + (f90 - 1.0) * schlick(wo.z)) * (1.0 + (f90 - 1.0) / 21.0);

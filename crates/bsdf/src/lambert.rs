@@ -2,7 +2,7 @@
 
 use crate::lobe::Model;
 use crate::peaks::{crossing, level};
-use crate::{Peaks, TransformedCosine};
+use crate::{LtcLobe, Peaks};
 use linelit_elementary::{atan2, hypot};
 use linelit_geometry::finite::nonnegative_vector;
 use linelit_geometry::{DVec3, Segment};
@@ -90,7 +90,7 @@ impl Model for OrenNayar {
     }
 
     /// This is the exact albedo, with sin α tan β cos_i integrated below and above θ_o.
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
         let (cos, sin) = (wo.z, hypot(wo.x, wo.y));
         let below = 0.5 * sin * (atan2(sin, cos) - sin * cos);
         // This is tan (1 − sin³)/3 without the difference.

@@ -2,7 +2,7 @@
 
 use crate::lobe::{Model, by_cosine};
 use crate::microfacet::TrowbridgeReitz;
-use crate::{Lobe, Peaks, TransformedCosines, numbers};
+use crate::{Lobe, LtcMixture, Peaks, numbers};
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
 use smallvec::SmallVec;
@@ -35,7 +35,7 @@ struct Choice {
 
 impl Layers {
     /// The largest number of lobes in addition to the diffuse one.
-    pub const MAX: usize = TransformedCosines::MAX;
+    pub const MAX: usize = LtcMixture::MAX;
 
     /// Makes a black reflection, with the direction (in the world, of any length) that anisotropic
     /// lobes use as x; zero if there are none.
@@ -178,10 +178,10 @@ impl Layers {
     }
 
     /// Returns the LTCs of all lobes; their nearly diffuse parts are summed into one cosine.
-    pub(crate) fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> TransformedCosines {
+    pub(crate) fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> LtcMixture {
         let frame = self.frame(n);
         let wo = above(frame.to_local(wo));
-        let mut sum = TransformedCosines::new(frame, self.diffuse);
+        let mut sum = LtcMixture::new(frame, self.diffuse);
         for (scale, lobe) in self.lobes() {
             let (diffuse, glossy) = lobe.cosines(wo);
             sum.diffuse += scale * diffuse;

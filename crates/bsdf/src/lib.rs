@@ -24,7 +24,7 @@ mod substrate;
 mod tests;
 mod transformed_cosine;
 
-pub use fit::{CosineFit, minimise};
+pub use fit::{LtcFit, minimise};
 pub use fresnel::Fresnel;
 pub use frostbite::Frostbite;
 pub use lambert::{Lambert, OrenNayar};
@@ -38,7 +38,7 @@ pub use substrate::Substrate;
 
 // The geometry types appear in public signatures: with this export a caller needs one dependency.
 pub use linelit_geometry as geometry;
-pub use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+pub use linelit_shading::ltc::{LtcLobe, LtcMixture};
 
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
@@ -177,7 +177,7 @@ impl Reflection for Bsdf {
         Some(peaks)
     }
 
-    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<LtcMixture> {
         match self {
             Self::Layers(layers) => Some(layers.transformed_cosines(wo, n)),
             Self::Lambert(_) | Self::Phong(..) => {

@@ -3,7 +3,7 @@
 
 use crate::microfacet::TrowbridgeReitz;
 use crate::peaks::ridges;
-use crate::{Frostbite, OrenNayar, Peaks, Phong, Reflector, Substrate, TransformedCosine};
+use crate::{Frostbite, LtcLobe, OrenNayar, Peaks, Phong, Reflector, Substrate};
 use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::FRAC_1_PI;
 
@@ -67,7 +67,7 @@ pub(crate) trait Model {
     /// Returns an approximation of f cos for light from ω_o by LTCs, in two parts: the albedo, by
     /// channel, of the nearly diffuse part, and the lobe about the mirror direction, if there is
     /// one. Lights are sampled by it, so that its accuracy affects only the noise.
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>);
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>);
 
     /// Whether it reflects no light.
     fn is_black(&self) -> bool;
@@ -94,7 +94,7 @@ macro_rules! lobes {
             fn sample(wo: DVec3, u: [f64; 2]) -> Option<DVec3>;
             fn pdf(wi: DVec3, wo: DVec3) -> f64;
             fn add_peaks(line: &Segment, wo: DVec3, peaks: &mut Peaks) -> ();
-            fn cosines(wo: DVec3) -> (DVec3, Option<TransformedCosine>);
+            fn cosines(wo: DVec3) -> (DVec3, Option<LtcLobe>);
             fn is_black() -> bool;
         }
     };
@@ -147,7 +147,7 @@ mod tests {
             [DVec3::ZERO, DVec3::splat(self.0)]
         }
 
-        fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+        fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
             (DVec3::splat(self.0 * wo.z * TAU / 3.0), None)
         }
 

@@ -9,7 +9,7 @@
 //! Benyoub 2023 (a spherical cap); Schlick 1994.
 
 use crate::facet_cosine::MASKED;
-use crate::{Fresnel, TransformedCosine};
+use crate::{Fresnel, LtcLobe};
 use linelit_elementary::sin_cos;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::{fraction, nonnegative};
@@ -147,7 +147,7 @@ impl TrowbridgeReitz {
     /// Returns D G F cos_i/(4 cos_i cos_o) for ω_o in the local frame as an LTC, with the albedo
     /// for Fresnel's F. It is positive above the surface and zero below.
     #[must_use]
-    pub fn transformed_cosine(&self, fresnel: &Fresnel, wo: DVec3) -> TransformedCosine {
+    pub fn transformed_cosine(&self, fresnel: &Fresnel, wo: DVec3) -> LtcLobe {
         MASKED.lobe(self, fresnel, wo)
     }
 

@@ -1,7 +1,7 @@
 //! This module holds the modified Phong lobe.
 
 use crate::lobe::Model;
-use crate::{ClosedLobe, Peaks, TransformedCosine};
+use crate::{ClosedLobe, LtcLobe, Peaks};
 use linelit_elementary::pow;
 use linelit_geometry::finite::{nonnegative, nonnegative_vector};
 use linelit_geometry::{DVec3, Frame, Segment};
@@ -85,7 +85,7 @@ impl Model for Phong {
         peaks.add_power(line, mirrored(wo), self.exponent);
     }
 
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
         let lobe = ClosedLobe::Power {
             scale: self.scale(),
             axis: mirrored(wo),

@@ -1,7 +1,7 @@
 //! This module holds the trait [`Reflection`], by which estimators use the reflection at a shading
 //! point, and the types that describe its closed forms.
 
-use crate::{Lambert, Layers, Lobe, Peaks, Phong, TransformedCosines};
+use crate::{Lambert, Layers, Lobe, LtcMixture, Peaks, Phong};
 use linelit_geometry::{DVec3, Segment};
 
 /// The reflection of a surface at one point: implement it for a BSDF of your own, and every
@@ -51,7 +51,7 @@ pub trait Reflection {
     /// Returns an approximation of f cos towards ω_o by a sum of LTCs, by which lights are sampled
     /// and samples weighted (Peters 2021, section 4). Its accuracy affects only the noise. The
     /// default is the approximation of the closed form; `None` if there is none.
-    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<LtcMixture> {
         let form = self.known(wo, n).closed_form()?;
         Some(form.transformed_cosines(wo, n))
     }

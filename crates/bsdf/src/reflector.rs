@@ -2,7 +2,7 @@
 
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half};
-use crate::{Fresnel, TransformedCosine};
+use crate::{Fresnel, LtcLobe};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative_vector;
 
@@ -47,7 +47,7 @@ impl Model for Reflector {
         Some(self.facets)
     }
 
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
         let lobe = self.facets.transformed_cosine(&self.fresnel, wo);
         (DVec3::ZERO, Some(lobe.scaled(self.reflectance)))
     }

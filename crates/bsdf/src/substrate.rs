@@ -4,7 +4,7 @@ use crate::facet_cosine::UNMASKED;
 use crate::lobe::Model;
 use crate::microfacet::{TrowbridgeReitz, half, schlick};
 use crate::peaks::{level, ridges};
-use crate::{Fresnel, Peaks, TransformedCosine};
+use crate::{Fresnel, LtcLobe, Peaks};
 use linelit_geometry::finite::nonnegative_vector;
 use linelit_geometry::{DVec3, Segment};
 use std::f64::consts::PI;
@@ -76,7 +76,7 @@ impl Model for Substrate {
 
     /// The base has the albedo R_d (1 − R_s)(1 − (1 − cos_o/2)⁵), since ∫ 28/23 (1 − (1 −
     /// cos_i/2)⁵) cos_i/π is one; the coat is a lobe.
-    fn cosines(&self, wo: DVec3) -> (DVec3, Option<TransformedCosine>) {
+    fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>) {
         let base = self.diffuse * (DVec3::ONE - self.specular) * through(wo.z);
         let coat = Fresnel::Schlick {
             f0: self.specular,

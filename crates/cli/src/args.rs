@@ -346,7 +346,7 @@ pub fn given<A: Args>() -> Result<Vec<String>> {
 /// Words that a plan was made of, and how its scenes are read.
 #[derive(Debug, Parser)]
 #[command(no_binary_name = true)]
-pub struct Again<A: Args> {
+pub struct PlannedArguments<A: Args> {
     /// Everything that numbers depend on beside the scenes.
     #[command(flatten)]
     pub args: A,

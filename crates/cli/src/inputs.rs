@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result, bail};
 use linelit_formats::{Loaded, Watch};
 use linelit_plan::{Folder, Input, InputFile, Plan, Unit};
 use linelit_scene::SceneDescription;
-use linelit_scenes::{Library, Place};
+use linelit_scenes::{Library, SceneLocation};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -112,12 +112,12 @@ pub fn program() -> String {
 
 /// Returns the name of a scene such that it is valid in any working folder of this machine.
 pub fn whole_path(name: &str) -> Result<String> {
-    Ok(match Place::find(name)? {
-        Place::File(path) => std::path::absolute(&path)
+    Ok(match SceneLocation::find(name)? {
+        SceneLocation::File(path) => std::path::absolute(&path)
             .with_context(|| format!("finding the whole path of {name}"))?
             .display()
             .to_string(),
-        Place::BuiltIn(_) => name.to_owned(),
+        SceneLocation::BuiltIn(_) => name.to_owned(),
     })
 }
 

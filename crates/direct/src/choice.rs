@@ -7,7 +7,7 @@ use linelit_estimators::streams::light_choice;
 use linelit_lights::Light;
 use linelit_samplers::{Block, SampleSet, Sampler, SamplerKind};
 use linelit_selection::{
-    Cosines, Discrete, Estimated, LightTree, Picked, can_contribute, reflecting, unshadowed,
+    Discrete, Estimated, LightTree, LtcReceiver, Picked, can_contribute, reflecting, unshadowed,
     unshadowed_at_center,
 };
 
@@ -44,7 +44,7 @@ pub(crate) fn draw(
         LightChoice::Tree => {
             let all = lights.iter().map(|l| &*l.light);
             let tree = tables.tree.get_or_init(|| LightTree::new(all));
-            let cosines = Cosines::new(&point.bsdf, x, n, wo);
+            let cosines = LtcReceiver::new(&point.bsdf, x, n, wo);
             let at = cosines.receiver();
             numbers.pick(drawn, false, |u| tree.pick(light, &at, u));
         }
@@ -56,7 +56,7 @@ pub(crate) fn draw(
             numbers.pick(drawn, false, |u| table.pick(u));
         }
         LightChoice::Exact => {
-            let cosines = Cosines::new(&point.bsdf, x, n, wo);
+            let cosines = LtcReceiver::new(&point.bsdf, x, n, wo);
             let table = weighted(&|light| cosines.light(light));
             numbers.pick(drawn, false, |u| table.as_ref()?.pick(u));
         }

@@ -3,7 +3,7 @@
 use crate::choice;
 use crate::{Luminaire, Luminaires, SampleNames, Settings, Workspace};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Ask, Query, RandomNumbers, ShadingPoint, estimate};
+use linelit_estimators::{Query, RandomNumbers, ShadingPoint, VisibilityBy, estimate};
 use linelit_geometry::DVec3;
 use linelit_visibility::Occluders;
 
@@ -113,7 +113,7 @@ impl Illumination<'_> {
         query.margins = light.margins;
         query.skip = settings.skip;
         if !settings.share {
-            query.ask = Ask::Rays;
+            query.ask = VisibilityBy::Rays;
         }
         estimate(&query, buffers)
     }

@@ -3,7 +3,7 @@
 use crate::{Luminaire, Workspace};
 use linelit_estimators::{Measure, is_clear};
 use linelit_geometry::{DVec3, Segment};
-use linelit_lights::{Beam, Disk, DistantLight, Light, PointLight};
+use linelit_lights::{DeltaSample, Disk, DistantLight, Light, PointLight};
 use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, ShaftQuery};
 use std::fmt;
@@ -170,7 +170,7 @@ impl Luminaire {
         &self,
         occluders: &Occluders,
         point: DVec3,
-        beam: Option<Beam>,
+        beam: Option<DeltaSample>,
         measure: Measure,
         workspace: &mut Workspace,
     ) -> f64 {

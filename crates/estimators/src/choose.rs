@@ -3,8 +3,9 @@
 use crate::estimator::Integral;
 use crate::hybrid;
 use crate::{
-    Ask, Between, Closed, Estimator, ExactOptions, Facts, Integration, KnownOver, LightKind,
-    LinearOptions, Method, Of, PointBy, PointDensity, Rest, Technique, Weighted, Weights,
+    Closed, Estimator, ExactOptions, Integration, KnownIntegrand, KnownOver, LightKind,
+    LinearOptions, Method, MethodFacts, PointBy, PointDensity, Rest, ShaftAnswer, Technique,
+    VisibilityBy, Weighted, Weights,
 };
 use linelit_visibility::ShaftClass;
 
@@ -12,14 +13,14 @@ use linelit_visibility::ShaftClass;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice<'e, 'f> {
     estimator: &'e Estimator,
-    pub facts: Facts<'f>,
+    pub facts: MethodFacts<'f>,
     /// The integral that leaves nothing for other techniques: of a technique alone, and of the
     /// first of a combination where the reflection has a closed form.
     integral: Option<Integral<'e>>,
 }
 
 impl<'e, 'f> Choice<'e, 'f> {
-    pub(crate) fn new(estimator: &'e Estimator, facts: Facts<'f>) -> Self {
+    pub(crate) fn new(estimator: &'e Estimator, facts: MethodFacts<'f>) -> Self {
         let mut choice = Self {
             estimator,
             facts,
@@ -31,10 +32,10 @@ impl<'e, 'f> Choice<'e, 'f> {
     }
 
     /// Whether a shaft is worth to be asked before anything is chosen.
-    pub(crate) fn ask(&self) -> Ask {
+    pub(crate) fn ask(&self) -> VisibilityBy {
         let facts = &self.facts;
         if matches!(facts.light, LightKind::Delta | LightKind::Sky) {
-            return Ask::Rays;
+            return VisibilityBy::Rays;
         }
         let by_rays = match (self.estimator.alone(), facts.light) {
             (Some(Technique::Points(_)), light) => self.estimator.points_by_rays(light).is_some(),
@@ -49,17 +50,21 @@ impl<'e, 'f> Choice<'e, 'f> {
                 }
                 // Points by an image take a ray each: what hides them says nothing of the image.
                 _ if facts.light == LightKind::Textured && self.is_hybrid() => {
-                    facts.ask == Ask::Rays || facts.known.closed == Closed::Diffuse
+                    facts.ask == VisibilityBy::Rays || facts.known.closed == Closed::Diffuse
                 }
-                _ => self.is_weighted() && facts.ask == Ask::Rays,
+                _ => self.is_weighted() && facts.ask == VisibilityBy::Rays,
             },
             _ => false,
         };
-        if by_rays { Ask::Rays } else { Ask::Shaft }
+        if by_rays {
+            VisibilityBy::Rays
+        } else {
+            VisibilityBy::Shaft
+        }
     }
 
     /// The method for a light, whatever the estimator is made of.
-    pub(crate) fn method(&self, between: &Between) -> Method<'e> {
+    pub(crate) fn method(&self, between: &ShaftAnswer) -> Method<'e> {
         let (facts, alone) = (&self.facts, self.estimator.alone());
         // Take the lights that have one method, whatever hides them.
         match facts.light {
@@ -76,7 +81,7 @@ impl<'e, 'f> Choice<'e, 'f> {
             return Method::NONE;
         }
         if let Some(by) = self.estimator.points_by_rays(facts.light) {
-            return Method::points(by, samples, Ask::Rays);
+            return Method::points(by, samples, VisibilityBy::Rays);
         }
         // Take a technique that stands alone as it is, and integrals and combinations by what is
         // known.
@@ -84,15 +89,17 @@ impl<'e, 'f> Choice<'e, 'f> {
             _ if facts.light == LightKind::Linear => segment(facts),
             Some(Technique::Points(points)) if is_polygon => {
                 match facts.has_whole(between) && is_diffuse {
-                    true => Method::region(Of::Reflection),
-                    false => Method::points(points.by, samples, Ask::Shaft),
+                    true => Method::region(KnownIntegrand::Reflection),
+                    false => Method::points(points.by, samples, VisibilityBy::Shaft),
                 }
             }
             Some(Technique::Lines(lines)) if is_polygon && lines.integration.is_none() => {
                 Method::points_of_lines(lines, samples)
             }
-            Some(Technique::Lines(_)) if facts.light.is_round() && self.ask() == Ask::Rays => {
-                Method::points(PointDensity::SolidAngle.into(), samples, Ask::Rays)
+            Some(Technique::Lines(_))
+                if facts.light.is_round() && self.ask() == VisibilityBy::Rays =>
+            {
+                Method::points(PointDensity::SolidAngle.into(), samples, VisibilityBy::Rays)
             }
             _ => {
                 let known = |integral| integrated(integral, facts, between);
@@ -108,7 +115,7 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// Whether the method may depend on the density of points that is best ([`Facts::points`]).
+    /// Whether the method may depend on the density of points that is best ([`MethodFacts::points`]).
     pub(crate) fn asks_for_density(&self) -> bool {
         let known = &self.facts.known;
         let (is_diffuse, has_region) = (
@@ -173,22 +180,26 @@ impl<'e, 'f> Choice<'e, 'f> {
         let weighted = |with_bsdf| {
             let integrals = Some(PointDensity::ProjectedSolidAngle);
             let weighted = self.weighted(with_bsdf, integrals, facts.samples);
-            Method::sampled(Rest::Weighted(weighted), Ask::Rays)
+            Method::sampled(Rest::Weighted(weighted), VisibilityBy::Rays)
         };
         match estimator.alone() {
-            Some(Technique::Points(points)) => Method::points(points.by, facts.samples, Ask::Rays),
+            Some(Technique::Points(points)) => {
+                Method::points(points.by, facts.samples, VisibilityBy::Rays)
+            }
             Some(technique) if technique.may_become_points() => {
                 weighted(facts.known.closed != Closed::Diffuse)
             }
-            Some(Technique::Lines(_)) => {
-                Method::points(PointDensity::Texture.into(), facts.samples, Ask::Rays)
-            }
+            Some(Technique::Lines(_)) => Method::points(
+                PointDensity::Texture.into(),
+                facts.samples,
+                VisibilityBy::Rays,
+            ),
             None => weighted(false),
         }
     }
 
     /// Returns the method that combines all techniques by weights.
-    fn combined(&self, between: &Between) -> Method<'e> {
+    fn combined(&self, between: &ShaftAnswer) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let is_textured = facts.light == LightKind::Textured;
         if is_textured && self.is_hybrid() {
@@ -196,21 +207,21 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
         let each = (estimator.integrals()).map(|integration| instead(integration, facts, between));
         let instead = match facts.ask {
-            Ask::Rays => Instead::Line,
-            Ask::Shaft => each.max().unwrap_or(Instead::Line),
+            VisibilityBy::Rays => LineReplacement::Line,
+            VisibilityBy::Shaft => each.max().unwrap_or(LineReplacement::Line),
         };
         let (is_round, mut known) = (facts.light.is_round(), KnownOver::Nothing);
         let (integrals, times) = match instead {
-            Instead::Differences(times) if between.has_region => {
-                known = KnownOver::Region(Of::Cosines);
+            LineReplacement::Differences(times) if between.has_region => {
+                known = KnownOver::Region(KnownIntegrand::Cosines);
                 // Round lights take no more than alone.
                 (Some(PointDensity::Lobes), if is_round { 1 } else { times })
             }
-            Instead::Line | Instead::Differences(_) => {
+            LineReplacement::Line | LineReplacement::Differences(_) => {
                 (is_round.then_some(PointDensity::SolidAngle), 1)
             }
-            Instead::Points(times) if is_textured => (Some(PointDensity::Area), times),
-            Instead::Points(times) => (Some(PointDensity::Lobes), times),
+            LineReplacement::Points(times) if is_textured => (Some(PointDensity::Area), times),
+            LineReplacement::Points(times) => (Some(PointDensity::Lobes), times),
         };
         let samples = facts.samples.saturating_mul(times);
         let weighted = Weighted {
@@ -249,7 +260,7 @@ impl Estimator {
     /// The choice depends on geometry alone, never on random numbers: whatever is chosen, the
     /// estimate stays unbiased.
     #[must_use]
-    pub fn method<'e>(&'e self, facts: &Facts<'_>, between: &Between) -> Method<'e> {
+    pub fn method<'e>(&'e self, facts: &MethodFacts<'_>, between: &ShaftAnswer) -> Method<'e> {
         Choice::new(self, *facts).method(between)
     }
 
@@ -266,15 +277,15 @@ impl Estimator {
 }
 
 /// The method for a linear light: one line answers for all of it.
-fn segment<'e>(facts: &Facts<'_>) -> Method<'e> {
+fn segment<'e>(facts: &MethodFacts<'_>) -> Method<'e> {
     match facts.known.closed {
         Closed::AlongLines | Closed::OverPolygons { .. } | Closed::Diffuse => {
-            Method::region(Of::Reflection)
+            Method::region(KnownIntegrand::Reflection)
         }
-        Closed::Nowhere if facts.known.has_peaks => Method::region(Of::Quadrature),
+        Closed::Nowhere if facts.known.has_peaks => Method::region(KnownIntegrand::Quadrature),
         Closed::Nowhere => {
             let by = PointBy::Linear(LinearOptions::DEFAULT);
-            Method::points(by, facts.samples, Ask::Rays)
+            Method::points(by, facts.samples, VisibilityBy::Rays)
         }
     }
 }
@@ -283,14 +294,14 @@ fn segment<'e>(facts: &Facts<'_>) -> Method<'e> {
 /// round light has none.
 fn integrated<'e>(
     integral: &Integral<'e>,
-    facts: &Facts<'_>,
-    between: &Between,
+    facts: &MethodFacts<'_>,
+    between: &ShaftAnswer,
 ) -> Option<Method<'e>> {
     let (is_round, count) = (facts.light.is_round(), integral.count);
     let is_polygon = facts.light.is_polygon();
     let skips = facts.skip || is_polygon && integral.by != Integration::Analytic;
     if skips && facts.has_whole(between) && between.has_region {
-        return Some(Method::region(Of::Reflection));
+        return Some(Method::region(KnownIntegrand::Reflection));
     }
     match integral.by {
         _ if facts.light == LightKind::Cylinder => along(integral, facts),
@@ -308,15 +319,15 @@ fn integrated<'e>(
 
 /// Lines on a polygon, integrated in closed form where there is one, else a point of each; or along
 /// the axis of a cylinder, by quadrature if need be. `None` for a round light, which has no lines.
-pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Method<'e>> {
+pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &MethodFacts<'_>) -> Option<Method<'e>> {
     let (lines, count) = (integral.lines, integral.count);
     let (of, ask) = match (facts.light, facts.known.closed) {
-        (LightKind::Cylinder, Closed::Nowhere) => (Of::Quadrature, facts.ask),
-        (LightKind::Cylinder, _) => (Of::Reflection, facts.ask),
+        (LightKind::Cylinder, Closed::Nowhere) => (KnownIntegrand::Quadrature, facts.ask),
+        (LightKind::Cylinder, _) => (KnownIntegrand::Reflection, facts.ask),
         (LightKind::Textured, _) | (LightKind::Polygon, Closed::Nowhere) => {
             return Some(Method::points_of_lines(lines, count));
         }
-        (LightKind::Polygon, _) => (Of::Reflection, Ask::Shaft),
+        (LightKind::Polygon, _) => (KnownIntegrand::Reflection, VisibilityBy::Shaft),
         _ => return None,
     };
     Some(Method::new(
@@ -328,12 +339,16 @@ pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &Facts<'_>) -> Option<Me
 
 /// The visible region of a light, with so many points for the rest; `None` where there is no
 /// region, or nothing is known.
-pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> Option<Method<'e>> {
+pub(crate) fn region<'e>(
+    samples: u32,
+    facts: &MethodFacts<'_>,
+    between: &ShaftAnswer,
+) -> Option<Method<'e>> {
     if !between.has_region || !facts.has_region_integral() {
         return None;
     }
     if facts.has_closed_region() {
-        return Some(Method::region(Of::Reflection));
+        return Some(Method::region(KnownIntegrand::Reflection));
     }
     let by = PointDensity::Lobes.into();
     let rest = match (between.class, facts.points) {
@@ -342,15 +357,15 @@ pub(crate) fn region<'e>(samples: u32, facts: &Facts<'_>, between: &Between) -> 
         _ => Rest::Points { by, samples },
     };
     Some(Method::new(
-        KnownOver::Region(Of::Cosines),
+        KnownOver::Region(KnownIntegrand::Cosines),
         rest,
-        Ask::Shaft,
+        VisibilityBy::Shaft,
     ))
 }
 
 /// The replacement of a line of an integral in a combination on a reflection without a closed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Instead {
+enum LineReplacement {
     /// The line itself, on which a point is sampled.
     Line,
     /// This many points of the light.
@@ -360,32 +375,38 @@ enum Instead {
     Differences(u32),
 }
 
-fn instead(integration: Integration, facts: &Facts<'_>, between: &Between) -> Instead {
+fn instead(
+    integration: Integration,
+    facts: &MethodFacts<'_>,
+    between: &ShaftAnswer,
+) -> LineReplacement {
     let has_cosines = facts.known.has_cosines
         && !matches!(facts.light, LightKind::Textured | LightKind::Cylinder);
     match integration {
         Integration::Exact(options) if has_cosines && options.is_for(between) => {
-            Instead::Differences(1)
+            LineReplacement::Differences(1)
         }
-        Integration::Analytic | Integration::Exact(_) => Instead::Line,
-        Integration::Cheapest if between.is_dense => Instead::Points(hybrid::POINTS_IF_DENSE),
+        Integration::Analytic | Integration::Exact(_) => LineReplacement::Line,
+        Integration::Cheapest if between.is_dense => {
+            LineReplacement::Points(hybrid::POINTS_IF_DENSE)
+        }
         Integration::Cheapest if has_cosines && hybrid::takes_cosines(between, facts.samples) => {
             let points = hybrid::points_with_cosines(facts.samples);
-            Instead::Differences(points.div_ceil(facts.samples.max(1)))
+            LineReplacement::Differences(points.div_ceil(facts.samples.max(1)))
         }
-        Integration::Cheapest => Instead::Line,
+        Integration::Cheapest => LineReplacement::Line,
     }
 }
 
 impl ExactOptions {
     /// Whether the closed form is taken past the triangles of a shaft.
-    fn is_for(self, between: &Between) -> bool {
+    fn is_for(self, between: &ShaftAnswer) -> bool {
         let within = !between.is_dense && between.candidates <= self.limit as usize;
         within || self.limit == Self::NO_LIMIT
     }
 }
 
-impl Facts<'_> {
+impl MethodFacts<'_> {
     /// Whether the light along a line of the light has an integral.
     fn has_line_integral(&self) -> bool {
         self.known.closed != Closed::Nowhere || self.known.has_peaks
@@ -397,7 +418,7 @@ impl Facts<'_> {
     }
 
     /// Whether the shaft is empty and the light over all of the light has a closed form.
-    fn has_whole(&self, between: &Between) -> bool {
+    fn has_whole(&self, between: &ShaftAnswer) -> bool {
         between.class == ShaftClass::Empty && self.has_closed_region()
     }
 

@@ -8,13 +8,13 @@ use crate::known::region::{KnownLight, RegionMemory};
 use crate::known::{self, KnownMemory};
 use crate::rest::{RestMemory, alone, segment, visible, weighted};
 use crate::streams::Samples;
-use crate::view::{Above, Shape, View};
+use crate::view::{Above, LightView, Shape};
 use crate::visible::Visible;
 use crate::{
-    Ask, EmissionTexture, Facts, Integration, KnownOver, LightKind, Method, Of, PlanCounters,
-    PointBy, PointDensity, Query, Rest, WorkCounters,
+    EmissionTexture, Integration, KnownIntegrand, KnownOver, LightKind, Method, MethodFacts,
+    PlanCounters, PointBy, PointDensity, Query, Rest, VisibilityBy, WorkCounters,
 };
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::{DVec3, stop};
 use linelit_lights::{Light, PointSource, SeenSurface, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
@@ -83,7 +83,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     } = buffers;
     // Is the shading point on a side of the light that emits?
     let seen = cylinder_from(query.light.light, query.point.position);
-    let view = View::new(query.light, query.point, query.margins, seen.as_ref());
+    let view = LightView::new(query.light, query.point, query.margins, seen.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
     };
@@ -92,7 +92,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
     }
     let cosines = query.cosines();
     let asked = cosines.as_ref();
-    let mut choice = Choice::new(query.estimator, Facts::before(query, asked));
+    let mut choice = Choice::new(query.estimator, MethodFacts::before(query, asked));
     let above;
     if choice.is_weighted()
         && let Some(polygon) = view.polygon()
@@ -112,7 +112,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         choice.facts.points = query.light.cheapest_points(query.point.position);
     }
     let mut method = choice.method(&between);
-    if method.ask == Ask::Rays {
+    if method.ask == VisibilityBy::Rays {
         visible = visible.into_rays();
     }
     // Integrate what is known, unless the region is too narrow for that.
@@ -134,7 +134,7 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         return light;
     }
     // Sample the rest.
-    let known = known.filter(|_| method.known == KnownOver::Region(Of::Cosines));
+    let known = known.filter(|_| method.known == KnownOver::Region(KnownIntegrand::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
     sampled.with_rest(
         &method.rest,
@@ -166,11 +166,11 @@ fn otherwise<'e>(method: &Method<'e>, light: LightKind) -> Method<'e> {
 #[inline]
 fn by_rays<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
-    view: &View<'_>,
+    view: &LightView<'_>,
     (scratch, region, rest): (&mut Scratch, &RegionMemory, &mut RestMemory),
 ) -> Option<DVec3> {
     let mut visible = Visible::rays(query.occluders, view, scratch);
-    if let Shape::Beam(beam) = &view.shape {
+    if let Shape::DeltaSample(beam) = &view.shape {
         return Some(known::beam(query.point, beam, &mut visible));
     }
     let by = (query.estimator).points_by_rays(LightKind::of(query.light))?;
@@ -206,9 +206,9 @@ fn count<R, T>(
 /// A query whose known part has been integrated.
 struct Sampled<'a, R, T> {
     query: &'a Query<'a, R, T>,
-    view: &'a View<'a>,
+    view: &'a LightView<'a>,
     /// The transformed cosines of the reflection, if they are known and asked for.
-    cosines: Option<&'a TransformedCosines>,
+    cosines: Option<&'a LtcMixture>,
     /// The integral of the known part, if there is one.
     known: Option<KnownLight>,
     /// The region that it is over.
@@ -220,8 +220,8 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
     #[inline]
     fn new(
         query: &'a Query<'a, R, T>,
-        view: &'a View<'a>,
-        cosines: Option<&'a TransformedCosines>,
+        view: &'a LightView<'a>,
+        cosines: Option<&'a LtcMixture>,
         known: Option<KnownLight>,
         region: &'a RegionMemory,
     ) -> Self {
@@ -316,7 +316,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
             let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape, by) else {
                 return DVec3::ZERO;
             };
-            let asked = segment::Asked {
+            let asked = segment::SegmentQuery {
                 point,
                 line,
                 emitted: view.emitted().0,

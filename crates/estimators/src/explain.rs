@@ -3,8 +3,8 @@
 
 use crate::choose::Choice;
 use crate::{
-    Ask, Between, Closed, Estimator, Facts, Integration, KnownOver, LightKind, LineBy, Lines,
-    Method, Of,
+    Closed, Estimator, Integration, KnownIntegrand, KnownOver, LightKind, LineBy, Lines, Method,
+    MethodFacts, ShaftAnswer, VisibilityBy,
 };
 use crate::{PointBy, PointDensity, Points, Rest, Technique};
 use linelit_visibility::ShaftClass;
@@ -14,7 +14,7 @@ impl Estimator {
     /// The methods in words: where nothing is between the shading point and the light, past as many
     /// triangles as usually are, and past too many to keep.
     #[must_use]
-    pub fn explain(&self, facts: &Facts<'_>) -> String {
+    pub fn explain(&self, facts: &MethodFacts<'_>) -> String {
         #[allow(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -31,15 +31,15 @@ impl Estimator {
             // Too many triangles may reach into a solid light, which a shaft does not tell.
             let is_told =
                 !(is_dense && matches!(facts.light, LightKind::Sphere | LightKind::Cylinder));
-            let between = Between {
+            let between = ShaftAnswer {
                 class,
                 is_dense: is_dense && is_told,
                 candidates,
-                has_region: is_told && choice.ask() == Ask::Shaft,
+                has_region: is_told && choice.ask() == VisibilityBy::Shaft,
             };
             let mut method = choice.method(&between);
             if !is_told {
-                method.ask = Ask::Rays;
+                method.ask = VisibilityBy::Rays;
             }
             method.describe(facts)
         });
@@ -65,20 +65,20 @@ impl Estimator {
     /// form, and for lights that emit by a profile or an image. Their noise is then that of points.
     ///
     /// ```
-    /// use linelit_estimators::{Estimator, Facts, KnownKind, LightKind};
+    /// use linelit_estimators::{Estimator, MethodFacts, KnownKind, LightKind};
     /// let exact = Estimator::exact();
-    /// let on = |known| exact.points_in_place(&Facts::new(LightKind::Polygon, known, 16));
+    /// let on = |known| exact.points_in_place(&MethodFacts::new(LightKind::Polygon, known, 16));
     /// let [(_, diffuse), .., (_, unknown)] = KnownKind::ALL;
     /// assert_eq!((on(diffuse), on(unknown)), (None, Some(16)));
     /// ```
     #[must_use]
-    pub fn points_in_place(&self, facts: &Facts<'_>) -> Option<u32> {
+    pub fn points_in_place(&self, facts: &MethodFacts<'_>) -> Option<u32> {
         let choice = Choice::new(self, *facts);
-        let between = Between {
+        let between = ShaftAnswer {
             class: ShaftClass::Partial,
             is_dense: false,
             candidates: 1,
-            has_region: choice.ask() == Ask::Shaft,
+            has_region: choice.ask() == VisibilityBy::Shaft,
         };
         self.in_place(&choice.method(&between))
     }
@@ -103,7 +103,7 @@ impl Method<'_> {
     /// Says what is done where these are the facts: with the techniques that take the place of
     /// those that the light or the reflection does not have.
     #[must_use]
-    pub fn describe(&self, facts: &Facts<'_>) -> String {
+    pub fn describe(&self, facts: &MethodFacts<'_>) -> String {
         // Say what is integrated.
         let known = match self.known {
             KnownOver::Nothing => String::new(),
@@ -112,8 +112,8 @@ impl Method<'_> {
             KnownOver::Ray => "one shadow ray, without noise".to_owned(),
         };
         let by = match self.ask {
-            Ask::Rays => "a shadow ray each",
-            Ask::Shaft => "one shaft for all",
+            VisibilityBy::Rays => "a shadow ray each",
+            VisibilityBy::Shaft => "one shaft for all",
         };
         let points = |samples, density| {
             let points = Estimator::points(facts.points_by(density));
@@ -146,7 +146,7 @@ impl Method<'_> {
     }
 }
 
-impl Facts<'_> {
+impl MethodFacts<'_> {
     /// The density that takes the place of one that the light does not have, or the reflection.
     fn points_by(&self, by: PointBy) -> PointBy {
         use LightKind::{Cylinder, Disk, Linear, Polygon, Sky, Sphere, Textured};
@@ -198,7 +198,7 @@ impl fmt::Display for LightKind {
     }
 }
 
-impl fmt::Display for Of {
+impl fmt::Display for KnownIntegrand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Reflection => "closed form",

@@ -3,8 +3,8 @@
 use crate::choose::{along, region};
 use crate::estimator::Integral;
 use crate::{
-    Ask, Between, Closed, Facts, Method, Part, PointBy, PointDensity, Points, Rest, Technique,
-    Weighted, Weights,
+    Closed, Method, MethodFacts, Part, PointBy, PointDensity, Points, Rest, ShaftAnswer, Technique,
+    VisibilityBy, Weighted, Weights,
 };
 
 /// Points, or rays that are traced together, in place of a line; fewer lines than this are points
@@ -52,8 +52,8 @@ pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
 /// The method for a polygon of one radiance that is not seen as a whole.
 pub(crate) fn method<'e>(
     integral: &Integral<'e>,
-    facts: &Facts<'_>,
-    between: &Between,
+    facts: &MethodFacts<'_>,
+    between: &ShaftAnswer,
 ) -> Method<'e> {
     let (lines, count) = (integral.lines, integral.count);
     let closed = facts.known.closed;
@@ -74,7 +74,7 @@ pub(crate) fn method<'e>(
             POINTS_IF_DENSE
         };
         let rays = nearest_power_of_two(count.saturating_mul(rays));
-        return Method::points(by, rays, Ask::Rays);
+        return Method::points(by, rays, VisibilityBy::Rays);
     }
     // The visible region, if it is found in the time of so many lines or points.
     let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
@@ -104,12 +104,12 @@ pub(crate) fn method<'e>(
         _ => takes_lines(facts, count),
     };
     let along = along(integral, facts).filter(|_| takes_lines);
-    along.unwrap_or_else(|| Method::points(by, points, Ask::Shaft))
+    along.unwrap_or_else(|| Method::points(by, points, VisibilityBy::Shaft))
 }
 
 /// Whether lines are taken where the visible region is not, past triangles that are kept: light
 /// along them is known, or a point of each tells most of it.
-fn takes_lines(facts: &Facts<'_>, count: u32) -> bool {
+fn takes_lines(facts: &MethodFacts<'_>, count: u32) -> bool {
     match facts.known.closed {
         Closed::Nowhere => facts.known.are_wide,
         // Few lines miss the peak of a narrow lobe; points that are drawn by it do not.
@@ -125,7 +125,7 @@ fn takes_lines(facts: &Facts<'_>, count: u32) -> bool {
 /// All of a light's points decide together: most see all of the light or nothing of it and cost the
 /// same either way, so that a few that take long are cheap on average, and a picture without noise
 /// is worth more than one with noise in few places.
-fn is_exact_cheap(facts: &Facts<'_>, count: u32) -> bool {
+fn is_exact_cheap(facts: &MethodFacts<'_>, count: u32) -> bool {
     let (lines, occlusion) = (f64::from(count), facts.occlusion);
     let (before, edge, instead) = match facts.known.closed {
         Closed::Diffuse => (BEFORE, LINES_FOR_AN_EDGE, lines),
@@ -144,7 +144,7 @@ fn is_exact_cheap(facts: &Facts<'_>, count: u32) -> bool {
 }
 
 /// Whether rays towards a densely occluded light have less noise than lines in the same time.
-pub(crate) fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
+pub(crate) fn are_rays_better(facts: &MethodFacts<'_>, count: u32) -> bool {
     let by_cost = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
     let lines = facts.occlusion.lines_ahead.unwrap_or(0.0).max(by_cost);
     facts.known.closed == Closed::Nowhere || f64::from(count) < lines
@@ -152,13 +152,13 @@ pub(crate) fn are_rays_better(facts: &Facts<'_>, count: u32) -> bool {
 
 /// Whether the closed form of transformed cosines with points for the rest reaches an error before
 /// others do.
-pub(crate) fn takes_cosines(between: &Between, lines: u32) -> bool {
+pub(crate) fn takes_cosines(between: &ShaftAnswer, lines: u32) -> bool {
     let points = f64::from(points_with_cosines(lines));
     triangles(between) <= TRIANGLES_WITH_COSINES * points
 }
 
 #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
-fn triangles(between: &Between) -> f64 {
+fn triangles(between: &ShaftAnswer) -> f64 {
     between.candidates as f64
 }
 
@@ -171,7 +171,7 @@ pub(crate) fn points_with_cosines(lines: u32) -> u32 {
 /// much alike from place to place, so that little else varies; else half of them by the image, or a
 /// third, and a third by a reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines)
 /// transformed cosines.
-pub(crate) fn textured<'e>(facts: &Facts<'_>) -> Method<'e> {
+pub(crate) fn textured<'e>(facts: &MethodFacts<'_>) -> Method<'e> {
     const fn part(by: PointDensity) -> Part {
         Part {
             technique: Technique::Points(Points::by(PointBy::Surface(by))),
@@ -209,10 +209,11 @@ const fn nearest_power_of_two(n: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::{is_exact_cheap, nearest_power_of_two};
-    use crate::{Closed, Facts, KnownKind, LightKind, OcclusionStats};
+    use crate::{Closed, KnownKind, LightKind, MethodFacts, OcclusionStats};
 
-    /// Six triangles before one point of ten hardly cost anything on average; before all points
-    /// they cost more than a line, and less than sixteen, but less than points by lobes; past dense shafts nobody knows.
+    /// Six triangles before one point of ten cost next to nothing on average. Before all points they
+    /// cost more than a line, but less than sixteen lines or than points by lobes. Past dense shafts
+    /// the cost is not known.
     #[test]
     fn closed_forms_are_cheap_where_few_points_need_them() {
         let seldom = OcclusionStats {
@@ -235,9 +236,9 @@ mod tests {
                 closed,
                 ..KnownKind::NOTHING
             };
-            let facts = Facts {
+            let facts = MethodFacts {
                 occlusion,
-                ..Facts::new(LightKind::Polygon, known, samples)
+                ..MethodFacts::new(LightKind::Polygon, known, samples)
             };
             is_exact_cheap(&facts, samples)
         };

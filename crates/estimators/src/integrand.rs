@@ -2,7 +2,7 @@
 //! part that is known, by transformed cosines.
 
 use crate::{EmissionTexture, LightSource, ShadingPoint};
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::{DVec3, Frame};
 use linelit_lights::{Emission, LightPoint};
 use linelit_shading::ltc::Ltc;
@@ -21,7 +21,7 @@ pub(crate) struct Integrand<'a, R, T> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known<'a> {
     /// The transformed cosines.
-    pub cosines: &'a Cosines,
+    pub cosines: &'a KnownLtc,
     /// The radiance that the light sends to the shading point.
     pub emitted: DVec3,
 }
@@ -59,7 +59,7 @@ impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
 
 /// The transformed cosines g(ω) that look like a reflection times the cosine, f cos θ.
 #[derive(Clone, Debug)]
-pub(crate) struct Cosines {
+pub(crate) struct KnownLtc {
     /// The surface's frame.
     pub frame: Frame,
     /// The albedo of the cosine itself.
@@ -68,7 +68,7 @@ pub(crate) struct Cosines {
     pub lobes: Vec<(Ltc, DVec3)>,
 }
 
-impl Default for Cosines {
+impl Default for KnownLtc {
     /// The cosines of a black reflection.
     fn default() -> Self {
         Self {
@@ -79,9 +79,9 @@ impl Default for Cosines {
     }
 }
 
-impl Cosines {
+impl KnownLtc {
     /// Sets them to those of a reflection.
-    pub(crate) fn set(&mut self, cosines: &TransformedCosines) {
+    pub(crate) fn set(&mut self, cosines: &LtcMixture) {
         (self.frame, self.diffuse) = (cosines.frame, cosines.diffuse);
         self.lobes.clear();
         let lobes = cosines.lobes().iter();

@@ -37,7 +37,10 @@ pub use estimator::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Weight
 pub use light::{LightSource, OcclusionStats};
 pub use linelit_lights::{EmissionTexture, NoTexture};
 pub use method::Weighted;
-pub use method::{Ask, Between, Closed, Facts, KnownKind, KnownOver, LightKind, Method, Of, Rest};
+pub use method::{
+    Closed, KnownIntegrand, KnownKind, KnownOver, LightKind, Method, MethodFacts, Rest,
+    ShaftAnswer, VisibilityBy,
+};
 pub use occlusion::OcclusionProbe;
 pub use options::ParseEstimatorError;
 pub use point::{SURFACE_OFFSET, ShadingPoint};

@@ -6,7 +6,7 @@
 
 use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy, PointDensity};
 use crate::{Points, Query, ShadingPoint, Weights};
-use linelit_bsdf::{ClosedLobe, Reflection, TransformedCosine, TransformedCosines};
+use linelit_bsdf::{ClosedLobe, LtcLobe, LtcMixture, Reflection};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use linelit_visibility::ShaftClass;
@@ -183,7 +183,7 @@ impl KnownKind {
     /// to the point.
     fn along<R: Reflection>(
         point: &ShadingPoint<R>,
-        cosines: Option<&TransformedCosines>,
+        cosines: Option<&LtcMixture>,
         line: Option<Segment>,
     ) -> Self {
         let known = point.known();
@@ -208,8 +208,8 @@ impl KnownKind {
 const WIDE: f64 = 0.15;
 
 /// Whether all lobes of transformed cosines are wide.
-fn are_wide(cosines: &TransformedCosines) -> bool {
-    let is_wide = |lobe: &TransformedCosine| {
+fn are_wide(cosines: &LtcMixture) -> bool {
+    let is_wide = |lobe: &LtcLobe| {
         let largest = [lobe.map.x_axis, lobe.map.y_axis, lobe.map.z_axis].map(DVec3::length);
         let volume = largest.into_iter().fold(0.0, f64::max).powi(3);
         lobe.map.determinant().abs() >= WIDE * volume
@@ -219,7 +219,7 @@ fn are_wide(cosines: &TransformedCosines) -> bool {
 
 /// Facts about a light and a reflection that are known before visibility is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Facts<'a> {
+pub struct MethodFacts<'a> {
     /// The kind of the light.
     pub light: LightKind,
     /// The knowledge of the reflection.
@@ -231,13 +231,13 @@ pub struct Facts<'a> {
     /// Whether empty and blocked shafts take no samples ([`Query::skip`](crate::Query::skip)).
     pub skip: bool,
     /// The way in which combinations ask for visibility.
-    pub ask: Ask,
+    pub ask: VisibilityBy,
     /// The density of points of a polygon that reaches an error first: by area, of a light whose
     /// solid angle differs little from place to place, else by solid angle.
     pub points: PointDensity,
 }
 
-impl<'a> Facts<'a> {
+impl<'a> MethodFacts<'a> {
     /// Facts of a query that skips what it can and shares one shaft, towards a light before which
     /// few triangles stand, and which is seen alike from place to place.
     #[must_use]
@@ -248,7 +248,7 @@ impl<'a> Facts<'a> {
             occlusion: &OcclusionStats::FEW,
             samples,
             skip: true,
-            ask: Ask::Shaft,
+            ask: VisibilityBy::Shaft,
             points: PointDensity::Area,
         }
     }
@@ -265,7 +265,7 @@ impl<'a> Facts<'a> {
     /// The facts of a query before the best density of points is asked for.
     pub(crate) fn before<R: Reflection, T>(
         query: &Query<'a, R, T>,
-        cosines: Option<&TransformedCosines>,
+        cosines: Option<&LtcMixture>,
     ) -> Self {
         let line = match query.light.light {
             Light::Linear(light) => Some(light.segment),
@@ -292,7 +292,7 @@ impl<'a> Facts<'a> {
 
 /// The answer of a shaft between a shading point and a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Between {
+pub struct ShaftAnswer {
     /// The class of the shaft; partial where none was asked.
     pub class: ShaftClass,
     /// Whether too many triangles are in between to keep.
@@ -313,7 +313,7 @@ pub struct Method<'e> {
     /// The samples for the rest.
     pub rest: Rest<'e>,
     /// The way in which visibility is asked for: always by a shaft for a region.
-    pub ask: Ask,
+    pub ask: VisibilityBy,
     /// The samples of all of the light that take the place of both where the visible region of a
     /// round light is so narrow, or a lobe makes it so narrow, that sums over its boundary would
     /// lose half of their digits. No other method needs any.
@@ -332,17 +332,17 @@ pub enum KnownOver<'e> {
         /// The number of lines.
         count: u32,
         /// The integrand.
-        of: Of,
+        of: KnownIntegrand,
     },
     /// The visible region of the light; all of the light if the shaft is empty.
-    Region(Of),
+    Region(KnownIntegrand),
     /// The one direction to a light without size.
     Ray,
 }
 
 /// The known integrand g.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Of {
+pub enum KnownIntegrand {
     /// The reflection itself, in closed form.
     Reflection,
     /// The reflection itself, by adaptive quadrature between its peaks.
@@ -364,7 +364,7 @@ pub enum Rest<'e> {
         samples: u32,
     },
     /// Points of a round light by the lobes of the transformed cosines whose integral is known,
-    /// [without the cosine itself](linelit_shading::ltc::TransformedCosines::lobes_alone): the
+    /// [without the cosine itself](linelit_shading::ltc::LtcMixture::lobes_alone): the
     /// difference that this leaves mostly cancels.
     PointsByLobes {
         /// The number of points.
@@ -408,7 +408,7 @@ pub struct Weighted<'e> {
 
 /// The way in which visibility is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ask {
+pub enum VisibilityBy {
     /// A traversal for each point and each line, as published.
     Rays,
     /// One shaft for all (`docs/decisions/008-one-shaft-for-combinations.md`).
@@ -416,7 +416,7 @@ pub enum Ask {
 }
 
 impl<'e> Method<'e> {
-    pub(crate) const fn new(known: KnownOver<'e>, rest: Rest<'e>, ask: Ask) -> Self {
+    pub(crate) const fn new(known: KnownOver<'e>, rest: Rest<'e>, ask: VisibilityBy) -> Self {
         Self {
             known,
             rest,
@@ -426,26 +426,26 @@ impl<'e> Method<'e> {
     }
 
     /// Samples alone.
-    pub(crate) const fn sampled(rest: Rest<'e>, ask: Ask) -> Self {
+    pub(crate) const fn sampled(rest: Rest<'e>, ask: VisibilityBy) -> Self {
         Self::new(KnownOver::Nothing, rest, ask)
     }
 
     /// The method of a light that is wholly hidden.
-    pub(crate) const NONE: Self = Self::sampled(Rest::Nothing, Ask::Shaft);
+    pub(crate) const NONE: Self = Self::sampled(Rest::Nothing, VisibilityBy::Shaft);
 
     /// One shadow ray to a light without size, whatever the estimator.
-    pub(crate) const RAY: Self = Self::new(KnownOver::Ray, Rest::Nothing, Ask::Rays);
+    pub(crate) const RAY: Self = Self::new(KnownOver::Ray, Rest::Nothing, VisibilityBy::Rays);
 
-    pub(crate) const fn region(of: Of) -> Self {
-        Self::new(KnownOver::Region(of), Rest::Nothing, Ask::Shaft)
+    pub(crate) const fn region(of: KnownIntegrand) -> Self {
+        Self::new(KnownOver::Region(of), Rest::Nothing, VisibilityBy::Shaft)
     }
 
-    pub(crate) const fn points(by: PointBy, samples: u32, ask: Ask) -> Self {
+    pub(crate) const fn points(by: PointBy, samples: u32, ask: VisibilityBy) -> Self {
         Self::sampled(Rest::Points { by, samples }, ask)
     }
 
     pub(crate) const fn points_of_lines(lines: &'e Lines, samples: u32) -> Self {
-        Self::sampled(Rest::PointsOfLines { lines, samples }, Ask::Shaft)
+        Self::sampled(Rest::PointsOfLines { lines, samples }, VisibilityBy::Shaft)
     }
 
     /// Whether the estimate has no noise.

@@ -41,7 +41,7 @@ const DEARER_IF_FEW: f64 = 0.4;
 /// Noise is the standard deviation of the mean. Square roots of it are summed over the points, so
 /// that a few noisy points do not decide; only ratios of the sums have a meaning.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Noises {
+pub(crate) struct ExpectedNoise {
     /// The noise of [`NUMBERS`] of lines with slopes.
     lines: [f64; 3],
     /// The noise of [`RAYS`]² stratified rays.
@@ -50,7 +50,7 @@ pub(crate) struct Noises {
     points: u32,
 }
 
-impl Noises {
+impl ExpectedNoise {
     /// Adds a shading point, by the light that each pilot line sends, and its visible parts.
     pub(crate) fn add<'v>(
         &mut self,
@@ -237,7 +237,7 @@ mod tests {
         for (size, order, cost) in [(0.3, 2.0, 5.0), (40.0, 2.5, 20.0), (1e3, 3.5, 60.0)] {
             let of_lines = |n: f64| size * n.powf(-order);
             let of_rays = |n: f64| 0.7 * n.powf(-ORDER_OF_RAYS) / NETS;
-            let noises = Noises {
+            let noises = ExpectedNoise {
                 lines: NUMBERS.map(|n| 9.0 * of_lines(n as f64).powf(0.25)),
                 rays: 9.0 * (of_rays((RAYS * RAYS) as f64) * NETS).powf(0.25),
                 points: LEAST_POINTS,
@@ -247,13 +247,13 @@ mod tests {
             let ratio = of_lines(n) / of_rays(rays);
             // Logarithms of up to ten, a few roundings each, four times over, times a slope of one.
             assert!((ratio - 1.0).abs() < 1e-12, "{n}: {ratio}");
-            let few = Noises {
+            let few = ExpectedNoise {
                 points: LEAST_POINTS - 1,
                 ..noises
             };
             assert_eq!(few.lines_ahead_of_rays(cost), None);
         }
-        let never = Noises {
+        let never = ExpectedNoise {
             lines: [1.0; 3],
             rays: 0.1,
             points: LEAST_POINTS,

@@ -1,7 +1,7 @@
 //! Statistics of the occlusion of a light, from points that it is seen from.
 
 use crate::pilot_lines::{PilotLines, middle, tests};
-use crate::view::View;
+use crate::view::LightView;
 use crate::visible::query as between;
 use crate::{Buffers, EmissionTexture, OcclusionStats, Query};
 use linelit_bsdf::Reflection;
@@ -46,7 +46,7 @@ impl OcclusionProbe {
         buffers: &mut Buffers,
     ) {
         let occluders = query.occluders;
-        let Some(view) = View::new(query.light, query.point, query.margins, None) else {
+        let Some(view) = LightView::new(query.light, query.point, query.margins, None) else {
             return;
         };
         // Count the triangles in the shaft, and the edges of what they hide.
@@ -87,7 +87,7 @@ impl OcclusionProbe {
         area: &AreaLight,
         buffers: &mut Buffers,
     ) {
-        let Some(view) = View::new(query.light, query.point, query.margins, None) else {
+        let Some(view) = LightView::new(query.light, query.point, query.margins, None) else {
             return;
         };
         let question = between(&view, &area.polygon);

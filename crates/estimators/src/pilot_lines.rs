@@ -2,8 +2,8 @@
 
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
-use crate::noises::{Noises, PILOTS, unevenness};
-use crate::view::View;
+use crate::noises::{ExpectedNoise, PILOTS, unevenness};
+use crate::view::LightView;
 use crate::{EmissionTexture, Query};
 use linelit_bsdf::Reflection;
 use linelit_elementary::atan2;
@@ -39,7 +39,7 @@ pub(crate) struct PilotLines {
     tests: [u64; DIRECTIONS],
     /// The noise that lines and rays past dense shafts are expected to have, on surfaces with a
     /// closed form.
-    noises: [Noises; DIRECTIONS],
+    noises: [ExpectedNoise; DIRECTIONS],
 }
 
 /// Sums over shading points of the root of how far what lines send to the viewer is from the mean
@@ -61,7 +61,7 @@ impl PilotLines {
     pub(crate) fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
-        view: &View<'_>,
+        view: &LightView<'_>,
         shaft: &mut Shaft<'_>,
         memory: &mut LineMemory,
     ) {

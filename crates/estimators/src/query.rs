@@ -1,9 +1,10 @@
 //! One shading point and one light: what an estimator works on.
 
 use crate::{
-    Ask, EmissionTexture, Estimator, LightKind, LightSource, RandomNumbers, ShadingPoint, Technique,
+    EmissionTexture, Estimator, LightKind, LightSource, RandomNumbers, ShadingPoint, Technique,
+    VisibilityBy,
 };
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
 
@@ -29,7 +30,7 @@ pub struct Query<'a, R, T> {
     /// takes no samples. Off, every sample is taken, as published.
     pub skip: bool,
     /// The way in which lines and points of a combination ask for visibility.
-    pub ask: Ask,
+    pub ask: VisibilityBy,
     /// The distances from point and light within which an occluder hides nothing: for
     /// [`Query::new`] those of [`Margins::excluding`] the light's own triangles.
     pub margins: Margins,
@@ -59,7 +60,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
                 _ => MOST_SAMPLES,
             },
             skip: true,
-            ask: Ask::Shaft,
+            ask: VisibilityBy::Shaft,
             margins: Margins::excluding(&light.triangles),
         }
     }
@@ -68,7 +69,7 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
 impl<R: Reflection, T> Query<'_, R, T> {
     /// The transformed cosines of the reflection, if they are known and the estimator asks for
     /// them.
-    pub(crate) fn cosines(&self) -> Option<TransformedCosines> {
+    pub(crate) fn cosines(&self) -> Option<LtcMixture> {
         let point = self.point;
         // Integrals that stand alone take a diffuse reflection itself.
         let is_taken = |technique: &Technique| match (technique, self.estimator.alone()) {

@@ -5,7 +5,7 @@ use crate::integrand::Integrand;
 use crate::known::lines::{self, Pieces};
 use crate::rest::alone;
 use crate::streams::Samples;
-use crate::view::View;
+use crate::view::LightView;
 use crate::{EmissionTexture, Lines, Query};
 use linelit_bsdf::Reflection;
 use linelit_geometry::{DVec3, intervals::Interval};
@@ -27,7 +27,7 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
 ) -> DVec3 {
     let (polygon, occlusion) = (&area.polygon, &query.light.occlusion);
     let (x, own, numbers) = (query.point.position, &query.light.triangles, &query.numbers);
-    let Some(view) = View::new(query.light, query.point, query.margins, None) else {
+    let Some(view) = LightView::new(query.light, query.point, query.margins, None) else {
         return DVec3::ZERO;
     };
     let form = query.point.known().closed_form();

@@ -4,13 +4,13 @@ use crate::light::LightSource;
 use crate::point::{Receiver, ShadingPoint};
 use linelit_geometry::{ConvexPolygon, DVec3, Margins, Segment};
 use linelit_lights::{
-    Beam, CylinderView, Disk, Emission, Light, SeenSurface, SkyView, Sphere, Surface,
+    CylinderView, DeltaSample, Disk, Emission, Light, SeenSurface, SkyView, Sphere, Surface,
 };
 use std::ops::Range;
 
 /// A light as one shading point sees it: its shape, its emission and the part above the horizons.
 #[derive(Debug)]
-pub(crate) struct View<'a> {
+pub(crate) struct LightView<'a> {
     /// The shading point.
     pub at: Receiver,
     /// The light's own triangles, which never block it.
@@ -32,7 +32,7 @@ pub(crate) enum Shape<'a> {
     Disk(&'a Disk),
     Cylinder(&'a CylinderView),
     Sky(SkyView<'a>),
-    Beam(Beam),
+    DeltaSample(DeltaSample),
 }
 
 /// The part of a polygon above both horizons.
@@ -59,7 +59,7 @@ impl Above {
     }
 }
 
-impl<'a> View<'a> {
+impl<'a> LightView<'a> {
     /// `None` from behind a light that emits on one side, from its plane, of a cylinder that is not
     /// seen, and of a light without size where nothing arrives.
     pub(crate) fn new<R, T>(
@@ -81,7 +81,7 @@ impl<'a> View<'a> {
                 SeenSurface::Fixed(_) | SeenSurface::Sky(_) => return None,
             },
             Light::Sky(sky) => Shape::Sky(SkyView::new(sky, x)),
-            Light::Point(_) | Light::Distant(_) => Shape::Beam(source.light.beam(x)?),
+            Light::Point(_) | Light::Distant(_) => Shape::DeltaSample(source.light.beam(x)?),
         };
         Some(Self {
             at: point.receiver(),
@@ -97,7 +97,7 @@ impl<'a> View<'a> {
     pub(crate) fn surface(&self) -> Option<Surface<'_>> {
         Some(match &self.shape {
             Shape::Polygon(polygon) => Surface::Polygon(polygon),
-            Shape::Segment(_) | Shape::Beam(_) => return None,
+            Shape::Segment(_) | Shape::DeltaSample(_) => return None,
             Shape::Sphere(sphere) => Surface::Sphere(sphere),
             Shape::Disk(disk) => Surface::Disk(disk),
             Shape::Cylinder(view) => Surface::Cylinder(view),
@@ -126,7 +126,7 @@ impl<'a> View<'a> {
             Shape::Sphere(sphere) => sphere.outline(self.at.position),
             Shape::Disk(disk) => Some(*disk),
             Shape::Polygon(_) | Shape::Segment(_) | Shape::Cylinder(_) => None,
-            Shape::Sky(_) | Shape::Beam(_) => None,
+            Shape::Sky(_) | Shape::DeltaSample(_) => None,
         }
     }
 
@@ -139,7 +139,7 @@ impl<'a> View<'a> {
             Shape::Polygon(polygon) => polygon.normal().dot(x - polygon.vertices()[0]),
             Shape::Disk(disk) => disk.normal.dot(x - disk.center),
             Shape::Segment(_) | Shape::Sphere(_) | Shape::Cylinder(_) => 1.0,
-            Shape::Sky(_) | Shape::Beam(_) => 1.0,
+            Shape::Sky(_) | Shape::DeltaSample(_) => 1.0,
         };
         (self.emission.towards(height), height)
     }

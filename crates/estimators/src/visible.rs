@@ -1,8 +1,8 @@
 //! Answers about visibility for one shading point and one light: from one shaft, or by a traversal
 //! for each question.
 
-use crate::view::{Shape, View};
-use crate::{Ask, Between, PlanCounters};
+use crate::view::{LightView, Shape};
+use crate::{PlanCounters, ShaftAnswer, VisibilityBy};
 use linelit_geometry::{DVec3, Segment};
 use linelit_lights::{CylinderView, LightPoint};
 use linelit_visibility::{
@@ -12,7 +12,7 @@ use linelit_visibility::{
 /// Answers for one shading point and one light.
 pub(crate) struct Visible<'a> {
     occluders: &'a Occluders,
-    view: &'a View<'a>,
+    view: &'a LightView<'a>,
     source: Source<'a>,
 }
 
@@ -50,12 +50,12 @@ impl<'a> Visible<'a> {
     /// polygon above the horizons if the view has it.
     pub(crate) fn new(
         occluders: &'a Occluders,
-        view: &'a View<'a>,
-        ask: Ask,
+        view: &'a LightView<'a>,
+        ask: VisibilityBy,
         scratch: &'a mut Scratch,
         counters: &mut PlanCounters,
     ) -> Self {
-        if ask == Ask::Rays {
+        if ask == VisibilityBy::Rays {
             return Self::rays(occluders, view, scratch);
         }
         let shaft = |corners: LightCorners<'_>, scratch: &'a mut Scratch| {
@@ -63,7 +63,7 @@ impl<'a> Visible<'a> {
         };
         let source = match view.shape {
             // One direction, or all: no shaft leads there.
-            Shape::Sky(_) | Shape::Beam(_) => Source::Rays(scratch),
+            Shape::Sky(_) | Shape::DeltaSample(_) => Source::Rays(scratch),
             Shape::Polygon(polygon) => {
                 let polygon = view.above.map_or(polygon, |above| &above.polygon);
                 shaft(polygon.into(), scratch)
@@ -105,7 +105,7 @@ impl<'a> Visible<'a> {
     /// Answers by a traversal for each question.
     pub(crate) const fn rays(
         occluders: &'a Occluders,
-        view: &'a View<'a>,
+        view: &'a LightView<'a>,
         scratch: &'a mut Scratch,
     ) -> Self {
         Self {
@@ -116,9 +116,9 @@ impl<'a> Visible<'a> {
     }
 
     /// The knowledge before anything else is asked.
-    pub(crate) fn between(&self) -> Between {
+    pub(crate) fn between(&self) -> ShaftAnswer {
         match &self.source {
-            Source::Rays(_) => Between {
+            Source::Rays(_) => ShaftAnswer {
                 class: ShaftClass::Partial,
                 is_dense: false,
                 candidates: 0,
@@ -126,7 +126,7 @@ impl<'a> Visible<'a> {
             },
             Source::Shaft(shaft, cylinder) => {
                 let is_empty = shaft.class() == ShaftClass::Empty;
-                Between {
+                ShaftAnswer {
                     class: shaft.class(),
                     is_dense: shaft.is_dense(),
                     candidates: shaft.candidates(),
@@ -207,7 +207,10 @@ impl<'a> Visible<'a> {
 }
 
 /// The question to the shaft between a shading point and corners.
-pub(crate) fn query<'b>(view: &View<'_>, corners: impl Into<LightCorners<'b>>) -> ShaftQuery<'b> {
+pub(crate) fn query<'b>(
+    view: &LightView<'_>,
+    corners: impl Into<LightCorners<'b>>,
+) -> ShaftQuery<'b> {
     ShaftQuery {
         point: view.at.position,
         light: corners.into(),
@@ -221,7 +224,7 @@ pub(crate) fn query<'b>(view: &View<'_>, corners: impl Into<LightCorners<'b>>) -
 /// blocked shaft towards `before`, which hides all of the light with it; else rays.
 fn outlined<'a>(
     occluders: &'a Occluders,
-    view: &View<'_>,
+    view: &LightView<'_>,
     outline: LightCorners<'_>,
     before: Option<LightCorners<'_>>,
     is_clear: impl FnMut([DVec3; 3]) -> bool,

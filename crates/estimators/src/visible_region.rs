@@ -1,7 +1,7 @@
 //! The visible part of a polygon as one point sees it, for callers who want the shape itself.
 
 use crate::known::boundary::visible_region;
-use crate::known::region::Seen;
+use crate::known::region::SeenRegion;
 use linelit_geometry::{DVec3, stop};
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::{polygon, solid_angle};
@@ -122,7 +122,7 @@ impl VisibleRegion {
 
     /// The measure of what a boundary encloses.
     fn of(&self, edges: &[BoundaryEdge], measure: Measure) -> f64 {
-        let seen = Seen::within(&self.corners, edges, self.plane);
+        let seen = SeenRegion::within(&self.corners, edges, self.plane);
         let sum = match measure {
             Measure::Area => {
                 let twice = edges

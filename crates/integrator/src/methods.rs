@@ -3,7 +3,7 @@
 use crate::probe::{RAYS, grid};
 use crate::{Renderer, Settings, Workspace};
 use linelit_bsdf::Reflection;
-use linelit_estimators::{Ask, Facts, KnownKind, LightKind};
+use linelit_estimators::{KnownKind, LightKind, MethodFacts, VisibilityBy};
 use std::collections::BTreeSet;
 
 /// The methods for lights of one kind, and of one estimator, on some materials.
@@ -50,14 +50,14 @@ impl Renderer<'_> {
             let planned = &lights[index];
             let light = LightKind::of(&planned.source());
             let estimator = planned.estimator.as_ref().unwrap_or(&settings.estimator);
-            let facts = Facts {
+            let facts = MethodFacts {
                 occlusion: &planned.occlusion,
                 skip: settings.skip,
                 ask: match settings.share {
-                    true => Ask::Shaft,
-                    false => Ask::Rays,
+                    true => VisibilityBy::Shaft,
+                    false => VisibilityBy::Rays,
                 },
-                ..Facts::new(light, known, settings.samples)
+                ..MethodFacts::new(light, known, settings.samples)
             };
             let methods = estimator.explain(&facts);
             let same = |row: &&mut PairMethods| (row.light, &row.methods) == (light, &methods);

@@ -37,7 +37,7 @@ pub struct DistantLight {
 
 /// The light that arrives at a shading point from a delta light, along one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
+pub struct DeltaSample {
     /// The vector from the shading point to the light; for light from infinity, to a point beyond
     /// the scene.
     pub to_light: DVec3,
@@ -52,14 +52,14 @@ impl PointLight {
     /// Returns the light that arrives at `x`; `None` at the light itself, and where no light
     /// arrives.
     #[must_use]
-    pub fn beam(&self, x: DVec3) -> Option<Beam> {
+    pub fn beam(&self, x: DVec3) -> Option<DeltaSample> {
         let to_light = self.position - x;
         let distance = to_light.length();
         let direction = to_light / distance;
         // Divided twice, so that no square overflows or underflows before the intensity is scaled.
         let factor = self.profile.as_ref();
         let factor = factor.map_or(DVec3::ONE, |profile| profile.factor(-direction));
-        Beam::new(
+        DeltaSample::new(
             to_light,
             direction,
             self.intensity * factor / distance / distance,
@@ -76,9 +76,9 @@ impl PointLight {
 impl DistantLight {
     /// Returns the light that arrives at `x`; `None` where no light arrives.
     #[must_use]
-    pub fn beam(&self, x: DVec3) -> Option<Beam> {
+    pub fn beam(&self, x: DVec3) -> Option<DeltaSample> {
         let to_light = self.direction * self.scene.beyond(x);
-        Beam::new(to_light, self.direction, self.irradiance)
+        DeltaSample::new(to_light, self.direction, self.irradiance)
     }
 
     /// Returns the power by channel, in W, that falls on the ball which holds the scene: π R² E.
@@ -87,7 +87,7 @@ impl DistantLight {
     }
 }
 
-impl Beam {
+impl DeltaSample {
     fn new(to_light: DVec3, direction: DVec3, irradiance: DVec3) -> Option<Self> {
         let carries = irradiance.is_finite()
             && irradiance.max_element() > 0.0

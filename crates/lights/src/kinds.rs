@@ -8,10 +8,10 @@
 
 use crate::surface::shape::{Extent, Normals, ShapeLight, bounded, bounds_of, is_position};
 use crate::{
-    Area, AreaLight, AreaSampler, Beam, Cylinder, CylinderArea, CylinderLight, CylinderView, Disk,
-    DiskArea, DiskLight, DistantLight, Emission, Falloff, LinearLight, PointDensity, PointLight,
-    PointSample, PointTechnique, Profile, ProfileKind, SeenSurface, Sky, SkyEmission, SkyView,
-    Sphere, SphereCap, SphereLight, Surface,
+    Area, AreaLight, AreaSampler, Cylinder, CylinderArea, CylinderLight, CylinderView, DeltaSample,
+    Disk, DiskArea, DiskLight, DistantLight, Emission, Falloff, LinearLight, PointDensity,
+    PointLight, PointSample, PointTechnique, Profile, ProfileKind, SeenSurface, Sky, SkyEmission,
+    SkyView, Sphere, SphereCap, SphereLight, Surface,
 };
 use core::f64::consts::{FRAC_PI_2, PI};
 use linelit_elementary::cos;
@@ -86,7 +86,7 @@ impl Light {
     /// Returns the light that arrives at the point `x` from a delta light (a point or parallel
     /// light); `None` for other lights, and where no light arrives.
     #[must_use]
-    pub fn beam(&self, x: DVec3) -> Option<Beam> {
+    pub fn beam(&self, x: DVec3) -> Option<DeltaSample> {
         match self {
             Self::Point(l) => l.beam(x),
             Self::Distant(l) => l.beam(x),

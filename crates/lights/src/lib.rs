@@ -52,7 +52,7 @@ mod space;
 mod surface;
 mod technique;
 
-pub use delta::{Beam, DistantLight, PointLight};
+pub use delta::{DeltaSample, DistantLight, PointLight};
 pub use density::{Area, Length, Measure, Offset, Pdf, SolidAngle, SurfaceMeasure, ThinSolidAngle};
 pub use directions::{SkyFilter, SkyMapping};
 pub use image::{ImportanceImage, TextureAxis, TexturedSampler};
@@ -61,7 +61,7 @@ pub use light::{Emission, LinearLight};
 pub use line::by_angle::AngularLines;
 pub use line::by_length::{LineSampler, OffsetDensity, Width};
 pub use line::by_texture::TexturedLines;
-pub use mixture::{DiskLobes, Lobes, Mixture, VisibleLobes};
+pub use mixture::{DiskLtc, Lobes, Mixture, VisiblePolygonLtc};
 pub use pieces::{Pieces, sample_linear};
 pub use polygon::area::AreaSampler;
 pub use polygon::proxy::ProxySampler;

@@ -9,7 +9,7 @@ use crate::{
 };
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
-use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::ltc::LtcMixture;
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
@@ -38,11 +38,11 @@ pub struct Mixture<U, L> {
 pub type Lobes = Mixture<SolidAngleSampler, TransformedSampler>;
 
 /// The LTCs of a reflection over the visible region of a polygon.
-pub type VisibleLobes<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
+pub type VisiblePolygonLtc<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
 
 /// The LTCs of a reflection over a disk; in place of a uniform density it has the clamped cosine,
 /// where one is needed.
-pub type DiskLobes = Mixture<Option<TransformedCone>, TransformedCone>;
+pub type DiskLtc = Mixture<Option<TransformedCone>, TransformedCone>;
 
 impl<U, L: Copy> Mixture<U, L> {
     /// Divides the samples between the lobes in proportion to the light that each reflects.
@@ -52,7 +52,7 @@ impl<U, L: Copy> Mixture<U, L> {
     /// `least` is the smallest fraction of samples that has to be uniform next to a given lobe.
     /// `uniform` makes the uniform technique, given its fraction.
     fn shared(
-        cosines: &TransformedCosines,
+        cosines: &LtcMixture,
         mut rest: f64,
         sampler: impl Fn(usize, DMat3) -> Option<(L, f64)>,
         least: impl Fn(&L) -> f64,
@@ -115,7 +115,7 @@ impl<U, L: Copy> Mixture<U, L> {
 impl Lobes {
     /// Sets up the LTCs of a reflection over a polygon, for the shading point `x`.
     #[must_use]
-    pub fn new(light: &ConvexPolygon, x: DVec3, cosines: &TransformedCosines) -> Self {
+    pub fn new(light: &ConvexPolygon, x: DVec3, cosines: &LtcMixture) -> Self {
         // Integrate the diffuse part over the light, in closed form.
         let mut relative = [DVec3::ZERO; ConvexPolygon::CAPACITY];
         let seen = light.relative_to(x, &mut relative);
@@ -148,7 +148,7 @@ impl Draw for Lobes {
     }
 }
 
-impl<'r> VisibleLobes<'r> {
+impl<'r> VisiblePolygonLtc<'r> {
     /// Sets up the LTCs of a reflection over the visible region of a light. `reflected` holds the
     /// light that the diffuse part reflects of this region, and then the light that each lobe
     /// reflects.
@@ -157,7 +157,7 @@ impl<'r> VisibleLobes<'r> {
         visible: &'r RegionSampler,
         light: &ConvexPolygon,
         x: DVec3,
-        cosines: &TransformedCosines,
+        cosines: &LtcMixture,
         reflected: &[f64],
     ) -> Self {
         let rest = reflected[0].max(0.0);
@@ -183,11 +183,11 @@ impl<'r> VisibleLobes<'r> {
     }
 }
 
-impl DiskLobes {
+impl DiskLtc {
     /// Sets up the LTCs of a reflection over a disk; `None` where no cone of directions represents
     /// the disk well: it is seen from its plane, or it is very small.
     #[must_use]
-    pub fn new(disk: &Disk, x: DVec3, cosines: &TransformedCosines) -> Option<Self> {
+    pub fn new(disk: &Disk, x: DVec3, cosines: &LtcMixture) -> Option<Self> {
         let Frame { x: e, y: f, z } = cosines.frame;
         // Integrate each lobe, and the diffuse part, approximately over the disk.
         let sampler = |k: usize, map| {
@@ -213,7 +213,7 @@ impl DiskLobes {
     }
 }
 
-impl Draw for DiskLobes {
+impl Draw for DiskLtc {
     fn draw(&self, u: [f64; 2], surface: &Surface<'_>, x: DVec3) -> Option<(LightPoint, f64)> {
         let (direction, _) = match self.pick(u) {
             (Ok(cone), u) => cone.sample(u),
@@ -233,7 +233,7 @@ impl Draw for DiskLobes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linelit_shading::ltc::TransformedCosine;
+    use linelit_shading::ltc::LtcLobe;
     use linelit_testkit::assert_close;
 
     /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the
@@ -248,9 +248,9 @@ mod tests {
             let to = frame.to_local(corner + frame.x * (0.8 * u) + frame.y * (1.3 * v));
             let lobe = Frame::from_normal(to.normalize());
             let map = DMat3::from_cols(lobe.x * 1e-4, lobe.y * 1e-4, lobe.z);
-            let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.3));
+            let mut cosines = LtcMixture::new(frame, DVec3::splat(0.3));
             let albedo = DVec3::splat(0.04);
-            cosines.add(TransformedCosine { map, albedo });
+            cosines.add(LtcLobe { map, albedo });
             let lobes = Lobes::new(&light, DVec3::ZERO, &cosines);
             // Of a cosine lobe, (1e-4/.04)² is further from its axis than .04 of light around.
             let want = (0.04 / (0.04 + flat)).min(1.0 - LEAST_UNIFORM);

@@ -15,7 +15,7 @@ use linelit::lights::{
 };
 use linelit::mis::balance;
 use linelit::shading::ribbon::{Sides, reflected};
-use linelit::visibility::{Between, Occluders, Scratch, ShaftQuery, VisibleLines};
+use linelit::visibility::{Occluders, Scratch, ShaftQuery, SpaceBetween, VisibleLines};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{PI, TAU};
@@ -125,7 +125,7 @@ impl Engine {
         );
         let sample = sampler.sample(random.random());
         // Find its visible parts past the triangles whose boxes meet the space between x and lamp.
-        let between = Between::new(x, &self.lamp);
+        let between = SpaceBetween::new(x, &self.lamp);
         let boxes = self.boxes.iter();
         let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));
         let occluders = Occluders::from_triangles(boxes.flat_map(|(_, _, all)| all).copied());

@@ -15,6 +15,6 @@ pub use error::{BoxError, PlanError};
 pub use folder::{Folder, Missing};
 pub use part::hash;
 pub use plan::{Input, InputFile, Plan, Unit};
-pub use run::{Event, Ran, Run, Task, run};
+pub use run::{Event, Run, RunCounts, Task, run};
 pub use shard::Shard;
 pub use status::Status;

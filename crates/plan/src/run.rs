@@ -61,7 +61,7 @@ pub enum Event<'a> {
 
 /// The numbers of units that a process computed, found and left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ran {
+pub struct RunCounts {
     /// The units that it computed.
     pub computed: u32,
     /// The units whose parts already existed.
@@ -130,7 +130,7 @@ pub fn run(
     folder: &Folder,
     options: &Run<'_>,
     work: impl Fn(&Task<'_>) -> Result<Vec<u8>, BoxError> + Sync,
-) -> Result<Ran, PlanError> {
+) -> Result<RunCounts, PlanError> {
     // Set up the state that the threads share.
     folder.check_writable()?;
     let own = options.shard.units(folder.plan());
@@ -167,7 +167,7 @@ pub fn run(
         return Err(error);
     }
     let done = u32::try_from(folder.done()?.len()).unwrap_or(0);
-    Ok(Ran {
+    Ok(RunCounts {
         elsewhere: folder.units() - done,
         ..*locked(&runner.ran)
     })
@@ -189,7 +189,7 @@ struct Runner<'a> {
     /// The first error.
     failed: Mutex<Option<PlanError>>,
     /// The numbers so far.
-    ran: Mutex<Ran>,
+    ran: Mutex<RunCounts>,
 }
 
 impl Runner<'_> {

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
 /// A cached scene with the lights and the method that it was prepared for.
-struct Lit {
+struct PreparedScene {
     lights: Vec<Py<Light>>,
     method: Method,
     scene: Scene,
@@ -31,7 +31,7 @@ const KEPT: usize = 8;
 
 /// The cache of the latest scenes with lights and a method, the latest first.
 #[derive(Default)]
-pub(crate) struct Latest(Mutex<Vec<Lit>>);
+pub(crate) struct Latest(Mutex<Vec<PreparedScene>>);
 
 impl Latest {
     /// Returns the scene `bare` with these lights and this method, from the cache if it is there.
@@ -45,7 +45,7 @@ impl Latest {
     ) -> PyResult<Scene> {
         // Look for a cached scene with the same lights and the same method.
         let locked = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_same = |lit: &Lit| {
+        let is_same = |lit: &PreparedScene| {
             let mut pairs = lit.lights.iter().zip(&lights);
             lit.lights.len() == lights.len()
                 && lit.method == method
@@ -73,7 +73,7 @@ impl Latest {
         // Store it in place of the oldest.
         let mut kept = locked();
         kept.truncate(KEPT - 1);
-        let lit = Lit {
+        let lit = PreparedScene {
             lights: lights.into_iter().map(Bound::unbind).collect(),
             method,
             scene: scene.clone(),

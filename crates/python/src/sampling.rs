@@ -133,13 +133,13 @@ impl<'a> Technique<'a> {
 }
 
 /// The shading points and normals of a call, either of which may be one for all.
-struct Asked<'a> {
+struct ShadingPoints<'a> {
     points: Rows<'a>,
     normals: Rows<'a>,
     shape: Vec<usize>,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> ShadingPoints<'a> {
     /// Checks that all arguments have the same shape, except for those that are one for all. The
     /// third argument has the name `name` and the shape `other`.
     fn new(
@@ -261,7 +261,7 @@ pub(crate) fn sample<'py>(
             )));
         }
     };
-    let asked = Asked::new(&points, &normals, "xi", shape)?;
+    let asked = ShadingPoints::new(&points, &normals, "xi", shape)?;
     let numbers = numbers.to_f64()?;
     if let Some(i) = numbers.iter().position(|x| !(0.0..1.0).contains(x)) {
         let (row, x) = (i / width, numbers[i]);
@@ -325,7 +325,7 @@ pub(crate) fn pdf<'py>(
         Vectors::new("normals", normals)?,
     );
     let places = Vectors::new("x", x)?;
-    let asked = Asked::new(&points, &normals, "x", &places.shape)?;
+    let asked = ShadingPoints::new(&points, &normals, "x", &places.shape)?;
     // Compute the density of each point.
     let rows = places.rows()?;
     let (_, densities) = asked.each(py, |i, position, normal| {

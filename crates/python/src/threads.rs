@@ -4,7 +4,7 @@
 //! Work asks now and then whether it should stop (`linelit::geometry::stop`), and unwinds if so.
 //! Long work runs on a pool of threads, while the calling thread waits and checks for signals every
 //! 50 ms ([`watched`]). Short work runs in the calling thread, where answering that question means
-//! a check for signals ([`alone`]). Pools are used again by later calls ([`Crew`]).
+//! a check for signals ([`alone`]). Pools are used again by later calls ([`WorkerPool`]).
 
 use crate::errors::value_error;
 use linelit::geometry::stop::{self, Stopped};
@@ -25,7 +25,7 @@ const LOOK: Duration = Duration::from_millis(50);
 const SHORT: usize = 64;
 
 /// A pool of threads that serves one call at a time and can be stopped.
-struct Crew {
+struct WorkerPool {
     /// The number of threads that calls request; zero means one thread for each core.
     threads: usize,
     pool: ThreadPool,
@@ -36,9 +36,9 @@ struct Crew {
 /// The idle crews, and the process that their threads belong to: after a fork, the child has the
 /// memory of the crews but not their threads. The mutex is locked only by threads that hold the
 /// interpreter's lock, so that no fork finds it locked.
-static IDLE: Mutex<(u32, Vec<Crew>)> = Mutex::new((0, Vec::new()));
+static IDLE: Mutex<(u32, Vec<WorkerPool>)> = Mutex::new((0, Vec::new()));
 
-impl Crew {
+impl WorkerPool {
     /// Takes an idle crew with this number of threads, or starts a new one.
     fn take(threads: Option<usize>) -> PyResult<Self> {
         // Check the number of threads.
@@ -94,7 +94,7 @@ pub(crate) fn watched<T: Send>(
     work: impl FnOnce() -> T + Send,
     mut told: impl FnMut(Python<'_>) -> PyResult<()> + Send,
 ) -> PyResult<T> {
-    let crew = Crew::take(threads)?;
+    let crew = WorkerPool::take(threads)?;
     let watch = || {
         crew.pool.in_place_scope(|scope| {
             // Start the work. If it panics, the sender is dropped, and the scope passes the panic
@@ -154,7 +154,7 @@ impl Done {
 }
 
 /// Does work in this thread without the interpreter's lock, and checks for signals every 50 ms when
-/// the work asks whether to stop. The work must not use rayon: outside of a [`Crew`] that means
+/// the work asks whether to stop. The work must not use rayon: outside of a [`WorkerPool`] that means
 /// rayon's global pool, whose threads a forked child does not have.
 pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let watch = || {

@@ -131,7 +131,7 @@ pub(crate) struct MultiJitter {
     /// The permutations ρ, and τ for rows of ⌊N/a⌋ and of ⌊N/a⌋ + 1 cells.
     columns: [Permutation; 3],
     /// The block's offsets: along x, and along y in short and in long rows.
-    places: [Place; 3],
+    places: [BlockOffset; 3],
 }
 
 impl MultiJitter {
@@ -145,13 +145,13 @@ impl MultiJitter {
         let long = if cells.is_grid() { short } else { short + 1 };
         let sizes = [long, short, long];
         // Find the block's offset.
-        let mut places = [Place::default(); 3];
+        let mut places = [BlockOffset::default(); 3];
         if !parts.is_whole() {
             let [x, y] = multi_jittered(parts, lane(key, PLACES));
             places = [
-                Place::new(x, rows, parts.of()),
-                Place::new(y, short, parts.of()),
-                Place::new(y, long, parts.of()),
+                BlockOffset::new(x, rows, parts.of()),
+                BlockOffset::new(y, short, parts.of()),
+                BlockOffset::new(y, long, parts.of()),
             ];
         }
         // A single sample needs no permutations.
@@ -234,7 +234,7 @@ impl MultiJitter {
 
 /// The block's offset along an axis of each cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Place {
+struct BlockOffset {
     /// The index of the part of the cell.
     of_cell: u32,
     /// The index of the stratum with this part, and the part of the stratum.
@@ -242,7 +242,7 @@ struct Place {
     part: u32,
 }
 
-impl Place {
+impl BlockOffset {
     /// Splits part `of_cell` of a cell with `len` strata, which is at len · of_cell/of strata from
     /// its beginning, into a whole number of strata and a fraction. The fraction is rounded such
     /// that each part of a stratum belongs to one part of the cell.

@@ -62,7 +62,7 @@ impl Surface {
 }
 
 /// A triangle with the attributes of its corners.
-struct Facet<'s> {
+struct SurfaceTriangle<'s> {
     mesh: &'s Mesh,
     points: [DVec3; 3],
     /// The vertex normals; zero if the mesh has none.
@@ -164,7 +164,7 @@ impl SceneDescription {
     }
 
     /// A triangle with the attributes of its corners.
-    fn facet(&self, triangle: u32) -> Facet<'_> {
+    fn facet(&self, triangle: u32) -> SurfaceTriangle<'_> {
         let mesh = &self.meshes[self.mesh_of(triangle) as usize];
         let indices = self.triangles[triangle as usize];
         let normals = if mesh.has_normals {
@@ -172,7 +172,7 @@ impl SceneDescription {
         } else {
             [DVec3::ZERO; 3]
         };
-        Facet {
+        SurfaceTriangle {
             mesh,
             points: self.corners(triangle),
             normals,
@@ -192,9 +192,14 @@ impl SceneDescription {
 
     /// The normal `outer`, which is on the outside, as the bump or normal map of the material turns
     /// it, of any length; `None` if the material has neither.
-    fn bent_normal(&self, surface: &Surface, found: &Facet<'_>, outer: DVec3) -> Option<DVec3> {
+    fn bent_normal(
+        &self,
+        surface: &Surface,
+        found: &SurfaceTriangle<'_>,
+        outer: DVec3,
+    ) -> Option<DVec3> {
         // Take the normal from a normal map, if there is no bump map.
-        let Facet { mesh, points, .. } = *found;
+        let SurfaceTriangle { mesh, points, .. } = *found;
         let material = &self.materials[mesh.material as usize];
         let [dp_du, dp_dv] = tangents(points, found.uvs);
         let at = surface.footprint();

@@ -21,7 +21,7 @@ mod window;
 
 pub use built_in::BuiltIn;
 #[cfg(feature = "load")]
-pub use library::{Library, Place};
+pub use library::{Library, SceneLocation};
 #[cfg(feature = "load")]
 pub use visibility::{VisibilityScene, stratified_lines};
 

@@ -30,15 +30,17 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`Place::find`] finds. A built-in scene is made in memory, and no file
+    /// Loads the scene that [`SceneLocation::find`] finds. A built-in scene is made in memory, and no file
     /// is opened.
     ///
     /// # Errors
     /// The scene cannot be found or read.
     pub fn load(&self, name: &str) -> Result<Loaded> {
-        match Place::find(name)? {
-            Place::File(path) => Ok(self.noted(linelit_formats::load(path, &self.options)?)),
-            Place::BuiltIn(scene) => {
+        match SceneLocation::find(name)? {
+            SceneLocation::File(path) => {
+                Ok(self.noted(linelit_formats::load(path, &self.options)?))
+            }
+            SceneLocation::BuiltIn(scene) => {
                 self.load_from(BTreeMap::from_iter(scene.files()), &scene.main_file())
             }
         }
@@ -102,14 +104,14 @@ impl Library {
 
 /// The location of a scene.
 #[derive(Clone, Debug)]
-pub enum Place {
+pub enum SceneLocation {
     /// The scene is in this file, which exists.
     File(PathBuf),
     /// The scene is built into this program.
     BuiltIn(BuiltIn),
 }
 
-impl Place {
+impl SceneLocation {
     /// Finds a scene by the path of a file, or by the name of a built-in scene (`cornell-box` means
     /// `cornell-box-large`).
     ///

@@ -35,7 +35,7 @@ pub use contribution::{
     Receiver, can_contribute, diffuse, positive_part, spread, unshadowed, unshadowed_at_center,
 };
 pub use ranges::LightRanges;
-pub use reflected::{Cosines, reflecting};
+pub use reflected::{LtcReceiver, reflecting};
 pub use tree::LightTree;
 
 // Their types appear in public signatures: with these exports a caller needs one dependency.

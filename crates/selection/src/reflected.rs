@@ -3,7 +3,7 @@
 
 use crate::DEFENCE;
 use crate::contribution::{Receiver, can_contribute, positive_part, spread};
-use linelit_bsdf::{Reflection, TransformedCosine, TransformedCosines};
+use linelit_bsdf::{LtcLobe, LtcMixture, Reflection};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::{Cylinder, DiskLight, Light, Sky, SkyEmission, SphereLight};
 use linelit_shading::{cylinder, ltc::Ltc, polygon};
@@ -27,26 +27,26 @@ pub fn reflecting<R: Reflection>(
 /// A surface whose reflection is a sum of LTCs, whose integrals over lights and means over
 /// directions are known.
 #[derive(Clone, Debug)]
-pub struct Cosines {
+pub struct LtcReceiver {
     position: DVec3,
     normal: DVec3,
-    cosines: TransformedCosines,
-    lobes: [Option<Lobe>; TransformedCosines::MAX],
+    cosines: LtcMixture,
+    lobes: [Option<Lobe>; LtcMixture::MAX],
     /// The approximate albedo.
     albedo: DVec3,
 }
 
-impl Cosines {
+impl LtcReceiver {
     /// Approximates the reflection at `position` with the unit normal `n` into the direction `wo`.
     #[must_use]
     pub fn new<R: Reflection>(bsdf: &R, position: DVec3, n: DVec3, wo: DVec3) -> Self {
         // A reflection without LTCs counts as diffuse.
         let cosines = bsdf.transformed_cosines(wo, n);
-        let white = || TransformedCosines::new(Frame::from_normal(n), DVec3::ONE);
+        let white = || LtcMixture::new(Frame::from_normal(n), DVec3::ONE);
         let cosines = cosines.unwrap_or_else(white);
         let frame = cosines.frame;
         let to_local = DMat3::from_cols(frame.x, frame.y, frame.z).transpose();
-        let mut lobes = [None; TransformedCosines::MAX];
+        let mut lobes = [None; LtcMixture::MAX];
         let mut albedo = cosines.diffuse;
         for (slot, lobe) in lobes.iter_mut().zip(cosines.lobes()) {
             *slot = Some(Lobe::new(lobe, to_local));
@@ -237,7 +237,7 @@ struct Lobe {
 }
 
 impl Lobe {
-    fn new(lobe: &TransformedCosine, to_local: DMat3) -> Self {
+    fn new(lobe: &LtcLobe, to_local: DMat3) -> Self {
         let inverse = lobe.map.inverse();
         let [x, y, z] = [0, 1, 2].map(|k| lobe.map.col(k).length_squared());
         Self {
@@ -291,7 +291,7 @@ mod tests {
             let axis = Frame::from_normal(DVec3::new(0.6, 0.0, 0.8));
             let map = DMat3::from_cols(axis.x * across, axis.y * across, axis.z);
             let albedo = DVec3::ONE;
-            let fitted = TransformedCosine { map, albedo };
+            let fitted = LtcLobe { map, albedo };
             let lobe = Lobe::new(&fitted, DMat3::IDENTITY);
             for off in [0.0, 0.5, 1.0] {
                 let tilt = (across * off).atan();

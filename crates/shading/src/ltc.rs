@@ -118,7 +118,7 @@ impl Ltc {
 ///
 /// **Source**: Heitz, Dupuy, Hill & Neubelt 2016.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TransformedCosine {
+pub struct LtcLobe {
     /// The map M, from the cosine's space (whose axis is z) to the local frame of the surface
     /// (whose normal is z); it must be invertible.
     pub map: DMat3,
@@ -126,7 +126,7 @@ pub struct TransformedCosine {
     pub albedo: DVec3,
 }
 
-impl TransformedCosine {
+impl LtcLobe {
     /// Returns p(ω), the density of the lobe in a unit direction of the local frame, per solid
     /// angle; it integrates to one over the sphere. It is zero for a map without an inverse.
     #[must_use]
@@ -150,16 +150,16 @@ impl TransformedCosine {
 /// Samples of lights are drawn and weighted by it, so that its accuracy affects only the noise. It
 /// may be zero where the reflection is not; combine it with a technique that is positive there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TransformedCosines {
+pub struct LtcMixture {
     /// The local frame of the maps: z is the normal.
     pub frame: Frame,
     /// The albedo of the part that the cosine itself represents, by channel.
     pub diffuse: DVec3,
-    lobes: [TransformedCosine; Self::MAX],
+    lobes: [LtcLobe; Self::MAX],
     count: usize,
 }
 
-impl TransformedCosines {
+impl LtcMixture {
     /// The largest number of lobes in addition to the cosine itself.
     pub const MAX: usize = 8;
 
@@ -169,7 +169,7 @@ impl TransformedCosines {
         Self {
             frame,
             diffuse,
-            lobes: [TransformedCosine {
+            lobes: [LtcLobe {
                 map: DMat3::IDENTITY,
                 albedo: DVec3::ZERO,
             }; Self::MAX],
@@ -179,7 +179,7 @@ impl TransformedCosines {
 
     /// Adds a lobe unless it is black. A lobe beyond [`Self::MAX`], or one whose map is singular or
     /// not finite, is added to the cosine itself.
-    pub fn add(&mut self, lobe: TransformedCosine) {
+    pub fn add(&mut self, lobe: LtcLobe) {
         if lobe.albedo == DVec3::ZERO {
             return;
         }
@@ -206,7 +206,7 @@ impl TransformedCosines {
 
     /// Returns the lobes, without the cosine itself.
     #[must_use]
-    pub fn lobes(&self) -> &[TransformedCosine] {
+    pub fn lobes(&self) -> &[LtcLobe] {
         &self.lobes[..self.count]
     }
 }

@@ -27,7 +27,7 @@ pub use facets::{FacetError, Facets, Sides};
 pub use pair::Estimate;
 pub use point::{Memory, Row};
 pub use rows::{Matrix, Plan, SparseRow};
-pub use sight::Settled;
+pub use sight::PairOutcome;
 
 // What public signatures name, so that one dependency is enough.
 pub use linelit_geometry as geometry;

@@ -7,7 +7,7 @@ use crate::hull::{Hull, hides_all};
 use crate::partners::Side;
 use crate::point::Memory;
 use crate::rows::coarse;
-use crate::sight::{Candidates, Settled, Sight, before_each_other, sees};
+use crate::sight::{Candidates, PairOutcome, Sight, before_each_other, sees};
 use crate::unobstructed;
 use crate::view::unseen_below;
 use linelit_geometry::{ConvexPolygon, DVec3};
@@ -81,8 +81,8 @@ impl Facets {
         b: usize,
         tolerance: f64,
         memory: &mut Memory,
-    ) -> (Estimate, Settled) {
-        let (mut sum, mut settled) = (Estimate::default(), Settled::Facing);
+    ) -> (Estimate, PairOutcome) {
+        let (mut sum, mut settled) = (Estimate::default(), PairOutcome::Facing);
         if a == b {
             return (sum, settled);
         }

@@ -4,7 +4,7 @@
 use crate::facets::Facets;
 use crate::pair::{Estimate, open_exchange, past};
 use crate::point::Memory;
-use crate::sight::{Settled, Sight};
+use crate::sight::{PairOutcome, Sight};
 use linelit_geometry::ConvexPolygon;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -71,7 +71,7 @@ pub struct Plan {
     /// For each facet, the sum of the weights of its pairs that are partly hidden; these divide the
     /// facet's tolerance in proportion to their weights.
     pub weights: Vec<f64>,
-    /// The numbers of pairs by [`Settled`](crate::Settled): facing away, hidden, clear, and partly
+    /// The numbers of pairs by [`PairOutcome`](crate::PairOutcome): facing away, hidden, clear, and partly
     /// hidden. A pair is two sides of convex parts, in either order.
     pub pairs: [u64; 4],
 }
@@ -86,7 +86,7 @@ const OPEN: f64 = 0.1;
 
 /// Exchanges that later rows need, each stored in its row with its column.
 #[derive(Default)]
-struct Kept {
+struct StoredExchanges {
     rows: BTreeMap<usize, Vec<(u32, Estimate)>>,
     count: usize,
     /// The end of the range of rows whose exchanges were stored for later rows.
@@ -106,7 +106,7 @@ impl Facets {
                 while let Some(partner) = search.next(memory) {
                     let settled = partner.sight.settled();
                     pairs[settled as usize] += partner.count;
-                    if let (Settled::Partly, Sight::Visible(pair)) = (settled, &partner.sight) {
+                    if let (PairOutcome::Partly, Sight::Visible(pair)) = (settled, &partner.sight) {
                         let facet = self.parts[partner.part].facet;
                         weights.push((facet, weight(&pair.polygons)));
                     }
@@ -201,9 +201,9 @@ impl Facets {
         plan: &Plan,
         mut each: impl FnMut(SparseRow) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut kept = Kept {
+        let mut kept = StoredExchanges {
             end: range.start,
-            ..Kept::default()
+            ..StoredExchanges::default()
         };
         for first in range.clone().step_by(BLOCK) {
             let block = first..range.end.min(first + BLOCK);

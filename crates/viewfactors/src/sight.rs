@@ -29,7 +29,7 @@ use std::rc::Rc;
 
 /// The step that determined the exchange of two facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Settled {
+pub enum PairOutcome {
     /// Neither facet has a part before the other's plane on a side that faces it.
     #[default]
     Facing,
@@ -63,12 +63,12 @@ pub(crate) struct VisiblePair {
 
 impl Sight {
     /// The step that determined it.
-    pub(crate) fn settled(&self) -> Settled {
+    pub(crate) fn settled(&self) -> PairOutcome {
         match self {
-            Self::FacingAway => Settled::Facing,
-            Self::Hidden => Settled::Hidden,
-            Self::Visible(pair) if pair.blockers.is_empty() => Settled::Clear,
-            Self::Visible(_) => Settled::Partly,
+            Self::FacingAway => PairOutcome::Facing,
+            Self::Hidden => PairOutcome::Hidden,
+            Self::Visible(pair) if pair.blockers.is_empty() => PairOutcome::Clear,
+            Self::Visible(_) => PairOutcome::Partly,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! View factors between two facets, compared with published values and closed forms.
 
 use linelit_testkit::rng::SplitMix64;
-use linelit_viewfactors::{FacetError, Facets, Memory, Settled, Sides};
+use linelit_viewfactors::{FacetError, Facets, Memory, PairOutcome, Sides};
 
 const LOW: [[f64; 3]; 4] = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
 const HIGH: [[f64; 3]; 4] = [[0., 0., 1.], [0., 1., 1.], [1., 1., 1.], [1., 0., 1.]];
@@ -26,21 +26,33 @@ fn a_quarter_blocker_half_way_hides_a_quarter() {
         );
         assert_eq!(facets.between(1, 0, tolerance, &mut memory), found);
     }
-    assert_eq!(facets.exchange(0, 1, 1e-3, &mut memory).1, Settled::Partly);
+    assert_eq!(
+        facets.exchange(0, 1, 1e-3, &mut memory).1,
+        PairOutcome::Partly
+    );
     let open = Facets::new(&vertices, &polygons[..2], Sides::One).unwrap();
     let found = open.between(0, 1, 1e-10, &mut memory);
     assert!(
         (found.value - OPEN).abs() < 1e-12 && found.error < 1e-10,
         "{found:?}"
     );
-    assert_eq!(open.exchange(0, 1, 1e-3, &mut memory).1, Settled::Clear);
+    assert_eq!(open.exchange(0, 1, 1e-3, &mut memory).1, PairOutcome::Clear);
     // A blocker larger than both facets hides everything; facets seen from behind exchange nothing.
     let wall = LOW.map(|[x, y, _]| [3.0 * x - 1.0, 3.0 * y - 1.0, 0.5]);
     let vertices: Vec<[f64; 3]> = [LOW, HIGH, wall].concat();
     let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
-    assert_eq!(facets.exchange(0, 1, 1e-3, &mut memory).1, Settled::Hidden);
-    assert_eq!(facets.exchange(1, 2, 1e-3, &mut memory).1, Settled::Clear);
-    assert_eq!(facets.exchange(0, 2, 1e-3, &mut memory).1, Settled::Facing);
+    assert_eq!(
+        facets.exchange(0, 1, 1e-3, &mut memory).1,
+        PairOutcome::Hidden
+    );
+    assert_eq!(
+        facets.exchange(1, 2, 1e-3, &mut memory).1,
+        PairOutcome::Clear
+    );
+    assert_eq!(
+        facets.exchange(0, 2, 1e-3, &mut memory).1,
+        PairOutcome::Facing
+    );
 }
 
 #[test]
@@ -149,7 +161,7 @@ fn told_errors(count: u32, tolerance: f64, truth: f64, seed: u64) -> [u32; 2] {
         let found = facets.between(0, 1, tolerance, &mut memory);
         assert!(found.error <= tolerance, "{found:?}");
         let area = facets.area(0);
-        if facets.exchange(0, 1, tolerance * area, &mut memory).1 != Settled::Partly {
+        if facets.exchange(0, 1, tolerance * area, &mut memory).1 != PairOutcome::Partly {
             continue;
         }
         let truth = facets.between(0, 1, truth, &mut memory);
@@ -545,7 +557,7 @@ fn a_plate_close_to_a_facet_hides_what_it_sends_itself() {
             let vertices = [LOW, HIGH, plate].concat();
             let facets = Facets::new(&vertices, &polygons, Sides::One).unwrap();
             let sent = facets.exchange(1, 2, 1e-12, &mut memory);
-            assert_eq!(sent.1, Settled::Clear);
+            assert_eq!(sent.1, PairOutcome::Clear);
             let want = OPEN - sent.0.value;
             for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
                 let found = facets.between(0, 1, tolerance, &mut memory);
@@ -590,7 +602,7 @@ fn a_facet_behind_a_hole_that_only_the_other_sees_through_is_not_hidden() {
     let want = facets(&[LOW, hole]).exchange(0, 1, 1e-12, &mut memory).0;
     let all = [vec![LOW, small], around.to_vec()].concat();
     let (found, settled) = facets(&all).exchange(0, 1, 1e-7, &mut memory);
-    assert_eq!(settled, Settled::Partly);
+    assert_eq!(settled, PairOutcome::Partly);
     let off = (found.value - want.value).abs();
     assert!(
         off <= found.error + want.error && found.error <= 1e-7,

@@ -12,7 +12,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 ///
 /// ```
 /// use linelit_visibility::geometry::Segment;
-/// use linelit_visibility::{Between, Occluders, Scratch, ShaftQuery, VisibleLines};
+/// use linelit_visibility::{SpaceBetween, Occluders, Scratch, ShaftQuery, VisibleLines};
 ///
 /// // A triangle halfway up hides the part of the light with x > 0; another is beyond the light.
 /// let mine = [
@@ -22,7 +22,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 /// let light = [[-0.5, -0.5, 2.0], [0.5, -0.5, 2.0], [0.5, 0.5, 2.0], [-0.5, 0.5, 2.0]];
 /// let (point, light) = ([0.0; 3], light.map(Into::into));
 ///
-/// let between = Between::new(point, &light);
+/// let between = SpaceBetween::new(point, &light);
 /// let found = mine.into_iter().filter(|[a, b, c]| {
 ///     let most = |pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| pick(a[k], pick(b[k], c[k])));
 ///     between.may_meet(most(f32::min), most(f32::max))
@@ -36,7 +36,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 /// assert!((visible.fraction(0) - 0.5).abs() < 1e-12);
 /// ```
 #[derive(Clone, Debug)]
-pub struct Between {
+pub struct SpaceBetween {
     /// The box around the space.
     lo: DVec3,
     hi: DVec3,
@@ -57,7 +57,7 @@ const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 /// products and sums of coordinate differences, each rounded to ε/2.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
-impl Between {
+impl SpaceBetween {
     /// Creates the space between a point and the corners of a light.
     #[must_use]
     pub fn new<'a>(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
@@ -175,7 +175,7 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn between<'a>(&self, point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Vec<u32> {
-        let space = Between::new(point, light);
+        let space = SpaceBetween::new(point, light);
         let mut found = Vec::new();
         let may_hold = |low, high| space.may_hold(low, high);
         self.any_triangle(may_hold, |number, triangle| {

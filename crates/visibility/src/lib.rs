@@ -14,7 +14,7 @@
 //! With a [`Filter`], as of an [`AlphaMask`], triangles have holes, for rays and lines
 //! ([`Occluders::with_holes`]).
 //!
-//! Renderers that have a hierarchy of their own can go on using it: [`Between`] says which of its
+//! Renderers that have a hierarchy of their own can go on using it: [`SpaceBetween`] says which of its
 //! boxes may hold triangles between a point and a light, and [`Occluders::from_triangles`] takes
 //! the triangles that are found there.
 //!
@@ -105,7 +105,7 @@ mod silhouettes;
 mod surfaces;
 mod walk;
 
-pub use between::Between;
+pub use between::SpaceBetween;
 pub use build::{BuildOptions, Builder};
 pub use counters::Counters;
 pub use holes::alpha::{AlphaCutoff, AlphaError, AlphaLookup, AlphaMask, AlphaTexels, AlphaWrap};

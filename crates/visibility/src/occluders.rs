@@ -140,7 +140,7 @@ impl Occluders {
     fn refit_singles(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]]) {
         // Find the triangles that can hide something; the tree can stay if they are the ones in its
         // leaves.
-        let (kept, found) = Kept::find_all(positions, triangles);
+        let (kept, found) = Totals::find_all(positions, triangles);
         let bvh = &mut self.bvh;
         let leaves = &bvh.hierarchy.leaves;
         let mut used = leaves.iter().flat_map(|leaf| leaf.id);
@@ -184,7 +184,7 @@ impl Occluders {
     }
 
     /// Builds the hierarchy over triangles that another hierarchy has found, such as those
-    /// [`Between`](crate::Between) a point and a light. Their numbers are their positions in the
+    /// [`SpaceBetween`](crate::SpaceBetween) a point and a light. Their numbers are their positions in the
     /// iterator.
     #[must_use]
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
@@ -287,13 +287,13 @@ const AT_ONCE: usize = 1 << 14;
 
 /// Totals over the triangles that can hide something: their number and their box; and the number of
 /// triangles with a corner index that has no position.
-struct Kept {
+struct Totals {
     count: usize,
     out_of_range: usize,
     bounds: Bounds,
 }
 
-impl Kept {
+impl Totals {
     const NONE: Self = Self {
         count: 0,
         out_of_range: 0,

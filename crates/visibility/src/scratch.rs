@@ -6,7 +6,7 @@ use crate::rays::ray::RayScratch;
 use crate::rays::together::FanScratch;
 use crate::shaft::dense::DenseScratch;
 use crate::shaft::front::FrontScratch;
-use crate::shaft::seen::Seen;
+use crate::shaft::seen::ShaftState;
 use crate::shaft::sweep::LineScratch;
 use crate::silhouettes::outline::OutlineScratch;
 
@@ -17,7 +17,7 @@ pub struct Scratch {
     pub counters: Counters,
     pub(crate) rays: RayScratch,
     pub(crate) fans: FanScratch,
-    pub(crate) seen: Seen,
+    pub(crate) seen: ShaftState,
     pub(crate) lines: LineScratch,
     pub(crate) dense: DenseScratch,
     pub(crate) front: FrontScratch,

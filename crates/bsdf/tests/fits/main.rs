@@ -7,8 +7,8 @@ mod fit_errors;
 use fit_errors::{alone, nodes, rows, view};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
-    Bsdf, ClosedLobe, CosineFit, Fresnel, Frostbite, Lambert, Layers, Lobe, OrenNayar, Phong,
-    Reflection, Reflector, Substrate, TransformedCosine, TransformedCosines,
+    Bsdf, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe, LtcFit, LtcLobe, LtcMixture,
+    OrenNayar, Phong, Reflection, Reflector, Substrate,
 };
 use linelit_geometry::{DVec3, Segment};
 use linelit_testkit::assert_close;
@@ -47,7 +47,7 @@ fn fits_are_as_near_as_the_page_says() {
 }
 
 /// Any facets and views: from mirrors to the roughest, from above to the horizon.
-fn any_lobe(random: &mut SplitMix64) -> (TrowbridgeReitz, DVec3, Vec<TransformedCosine>) {
+fn any_lobe(random: &mut SplitMix64) -> (TrowbridgeReitz, DVec3, Vec<LtcLobe>) {
     let mut width = || 10f64.powf(-4.5 + 5.0 * random.next_f64());
     let alpha = [width(), width()];
     let facets = TrowbridgeReitz::new(alpha);
@@ -333,7 +333,7 @@ fn fits_and_peaks_are_frozen() {
         }),
         Lobe::Phong(Phong { specular, exponent }),
     ];
-    let size = |lobe: &TransformedCosine| {
+    let size = |lobe: &LtcLobe| {
         let entries = lobe.map.to_cols_array().into_iter().enumerate();
         entries.map(|(k, x)| (k + 1) as f64 * x * x).sum::<f64>() + 100.0 * lobe.albedo.x
     };
@@ -440,7 +440,7 @@ fn what_is_unlike_is_said() {
 
 /// Returns half of ∫ |f cos − g| dω over the albedo: the fraction of the light that a sum of LTCs
 /// has in wrong directions, lacks or has in excess, on the midpoints of 400 by 400 squares.
-fn misplaced(bsdf: &Bsdf, cosines: &TransformedCosines, wo: DVec3) -> f64 {
+fn misplaced(bsdf: &Bsdf, cosines: &LtcMixture, wo: DVec3) -> f64 {
     let (mut seen, mut fitted) = (Vec::new(), Vec::new());
     let middle = |i: u32| (f64::from(i) + 0.5) / 400.0;
     for i in 0..400 * 400 {
@@ -462,12 +462,12 @@ fn misplaced(bsdf: &Bsdf, cosines: &TransformedCosines, wo: DVec3) -> f64 {
 fn any_isotropic_reflection_is_fitted() {
     let mut worst = 0.0_f64;
     for (name, bsdf) in fitted_reflections() {
-        let fit = CosineFit::new(&bsdf);
+        let fit = LtcFit::new(&bsdf);
         for cosine in [0.15, 0.4, 0.75, 0.97] {
             let wo = view(cosine, 0.7);
             let fitted = fit.transformed_cosines(wo, DVec3::Z);
             let albedo = fitted.lobes().iter().map(|lobe| lobe.albedo).sum::<DVec3>();
-            let flat = TransformedCosines::new(fitted.frame, fitted.diffuse + albedo);
+            let flat = LtcMixture::new(fitted.frame, fitted.diffuse + albedo);
             let share = misplaced(&bsdf, &fitted, wo);
             assert!(share < 0.2, "{name}, {cosine}: {share}");
             worst = worst.max(misplaced(&bsdf, &flat, wo));

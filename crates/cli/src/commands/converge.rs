@@ -76,7 +76,7 @@ fn converge(
         let planned = pool.install(|| study::plan(&args.study, work, &sources))?;
         let plan = keep(&path, &planned, "study")?;
         // Compute what is missing and fits into the time budget.
-        let clock = Clock::new(spec, plan.plan(), start, pool.current_num_threads())?;
+        let clock = BudgetClock::new(spec, plan.plan(), start, pool.current_num_threads())?;
         let ran = work_off(
             &plan,
             Shard::ALL,
@@ -106,13 +106,13 @@ fn converge(
 }
 
 /// The time budget of a study, if it has one.
-struct Clock<'a> {
+struct BudgetClock<'a> {
     begun: Instant,
     budget: Option<Mutex<TimeBudget>>,
     plan: &'a Plan,
 }
 
-impl<'a> Clock<'a> {
+impl<'a> BudgetClock<'a> {
     /// Creates the clock for the plan of a study that began at `start`.
     fn new(spec: &StudySpec, plan: &'a Plan, start: Instant, threads: usize) -> Result<Self> {
         let begun = Instant::now();

@@ -1,7 +1,7 @@
 //! The methods of each technique on each kind of light and of reflection, from the data by which
 //! estimators choose.
 
-use linelit_estimators::{Estimator, Facts, KnownKind, LightKind, Technique};
+use linelit_estimators::{Estimator, KnownKind, LightKind, MethodFacts, Technique};
 use serde::Serialize;
 
 /// The samples of each estimate.
@@ -45,7 +45,7 @@ fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
     for (name, known) in KnownKind::ALL {
         let (estimator, facts) = (
             Estimator::from(*technique),
-            Facts::new(light, known, SAMPLES),
+            MethodFacts::new(light, known, SAMPLES),
         );
         let does = estimator.explain(&facts);
         match rows.iter_mut().find(|row| row.does == does) {

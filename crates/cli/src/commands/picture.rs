@@ -32,7 +32,9 @@ use super::image;
 use super::tev::Viewer;
 use super::threads::{bar, pool_of};
 use super::units::check;
-use crate::args::{Again, MergeArgs, PictureArgs, PlanRenderArgs, ReadArgs, UsageError, given};
+use crate::args::{
+    MergeArgs, PictureArgs, PlanRenderArgs, PlannedArguments, ReadArgs, UsageError, given,
+};
 use crate::inputs::{self, Sources, locked};
 use crate::output::Output;
 use anyhow::{Context as _, Result, bail};
@@ -40,7 +42,7 @@ use assembly::Assembly;
 use clap::Parser as _;
 use linelit_film::{Tile, tiles};
 use linelit_integrator::{Counts, Renderer, Workspace};
-use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Unit};
+use linelit_plan::{BoxError, Folder, Plan, PlanError, Run, RunCounts, Unit};
 use linelit_scene::SceneDescription;
 use linelit_study::{engine, memory};
 use part::{Part, Work, bounds};
@@ -134,7 +136,7 @@ impl Picture {
     /// Returns the plan of the picture, given an estimate of the seconds that a pixel takes.
     pub(super) fn plan(&self, pixel_seconds: f64, sources: &Sources<'_>) -> Result<Plan> {
         let settings = PlanSettings {
-            render: given::<Again<PictureArgs>>()?,
+            render: given::<PlannedArguments<PictureArgs>>()?,
             scene: self.scene.clone(),
             film: self.film,
             window: bounds(self.window),
@@ -163,7 +165,8 @@ impl Picture {
         let plan = folder.plan();
         let what = || format!("{}: no plan of a picture", folder.path().display());
         let settings: PlanSettings = serde_json::from_str(&plan.settings).with_context(what)?;
-        let again = Again::<PictureArgs>::try_parse_from(settings.render).with_context(what)?;
+        let again =
+            PlannedArguments::<PictureArgs>::try_parse_from(settings.render).with_context(what)?;
         let work = plan.units.iter().map(|u| serde_json::from_str(&u.work));
         let work: Vec<Work> = work.collect::<Result<_, _>>().with_context(what)?;
         // Check that all tiles are in the window: the film has no other pixels.
@@ -194,7 +197,12 @@ impl Picture {
     }
 
     /// Computes the remaining units of a plan.
-    pub(super) fn run(&self, read: &ReadArgs, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+    pub(super) fn run(
+        &self,
+        read: &ReadArgs,
+        folder: &Folder,
+        options: &Run<'_>,
+    ) -> Result<RunCounts> {
         let mut scene = inputs::open(folder, 0, read)?;
         image::set_film(&mut scene, &self.args);
         let pool = pool_of(options.threads)?;
@@ -208,7 +216,7 @@ impl Picture {
         renderer: &Renderer<'_>,
         folder: &Folder,
         options: &Run<'_>,
-    ) -> Result<Ran, PlanError> {
+    ) -> Result<RunCounts, PlanError> {
         linelit_plan::run(folder, options, |task| {
             let work = self.work[task.number() as usize];
             let (part, _) = Part::compute(&self.args, renderer, work, &mut Workspace::new());

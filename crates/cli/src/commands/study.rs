@@ -4,7 +4,8 @@
 use super::threads::pool_of;
 use super::{list, units};
 use crate::args::{
-    Again, ConvergeArgs, MergeArgs, PlanConvergeArgs, ReadArgs, StudyArgs, UsageError, given,
+    ConvergeArgs, MergeArgs, PlanConvergeArgs, PlannedArguments, ReadArgs, StudyArgs, UsageError,
+    given,
 };
 use crate::folder::OutputFolder;
 use crate::inputs::{self, Sources};
@@ -12,9 +13,9 @@ use crate::output::{Output, OutputError, note};
 use anyhow::{Context as _, Result, anyhow};
 use clap::Parser as _;
 use linelit_papers::{Study, default_study, studies, study, takes_scene};
-use linelit_plan::{BoxError, Folder, Plan, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Folder, Plan, PlanError, Run, RunCounts, Task, Unit};
 use linelit_scene::SceneDescription;
-use linelit_scenes::Place;
+use linelit_scenes::SceneLocation;
 use linelit_study::report::{Exhibits, Verdict};
 use linelit_study::scene_study::{PlannedUnit, SceneUnit, StudySpec, Work, with_work};
 use linelit_study::tables::{GalleryRow, SlopeRow, StudyRecord};
@@ -71,13 +72,13 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
 
 /// Checks that a name refers to a scene, and suggests a study if it looks like a misspelt one.
 fn scene_is_there(name: &str) -> Result<()> {
-    Place::find(name).map(drop).map_err(|error| {
+    SceneLocation::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);
         match linelit_formats::nearest(name, studies) {
             Some(study) if !Path::new(name).exists() => {
                 anyhow!("no scene or study `{name}`; did you mean the study `{study}`?")
             }
-            None if !Path::new(name).exists() && Place::nearest(name).is_none() => {
+            None if !Path::new(name).exists() && SceneLocation::nearest(name).is_none() => {
                 anyhow!("{error}, nor a study:\n{}", list::studies())
             }
             _ => error,
@@ -135,7 +136,7 @@ fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
 /// A [`UsageError`] that names the flag, or an error that names the missing scene.
 pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
     scenes.iter().try_for_each(|scene| scene_is_there(scene))?;
-    let is_file = |scene: &String| matches!(Place::find(scene), Ok(Place::File(_)));
+    let is_file = |scene: &String| matches!(SceneLocation::find(scene), Ok(SceneLocation::File(_)));
     if scenes.iter().any(is_file) {
         return Ok(());
     }
@@ -194,7 +195,7 @@ pub(super) fn plan(
         None => Ok(name.clone()),
     };
     let mut words: Vec<String> = args.what.iter().map(whole).collect::<Result<_>>()?;
-    words.extend(given::<Again<StudyArgs>>()?);
+    words.extend(given::<PlannedArguments<StudyArgs>>()?);
     // No number depends on the time budget: with more time the plan is the same, and can be
     // continued.
     let spec = StudySpec {
@@ -268,7 +269,7 @@ pub(super) fn run(
     folder: &Folder,
     options: &Run<'_>,
     pool: &ThreadPool,
-) -> Result<Ran> {
+) -> Result<RunCounts> {
     let units = units(folder.plan())?;
     let options = Run {
         threads: 1,
@@ -304,7 +305,8 @@ impl StudyPlan {
     /// Returns the study of a plan.
     pub(super) fn open(folder: &Folder) -> Result<Self> {
         let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
-        let Again { args, read } = Again::<StudyArgs>::try_parse_from(&settings.converge)?;
+        let PlannedArguments { args, read } =
+            PlannedArguments::<StudyArgs>::try_parse_from(&settings.converge)?;
         let mut spec = spec_of(&args)?;
         apply_flags(&mut spec, &args);
         Ok(Self {
@@ -322,7 +324,7 @@ impl StudyPlan {
     }
 
     /// Computes the remaining units of the plan.
-    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<RunCounts> {
         let pool = pool_of(options.threads)?;
         let load = |name: &str| self.load(folder, name);
         with_work(&self.spec, &load, |work| run(work, folder, options, &pool))

@@ -6,7 +6,7 @@ use crate::folder::remove_all;
 use crate::{interrupt, output::note, program::TryAgain};
 use anyhow::{Context as _, Result, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use linelit_plan::{Event, Folder, Missing, Plan, PlanError, Ran, Run, Shard};
+use linelit_plan::{Event, Folder, Missing, Plan, PlanError, Run, RunCounts, Shard};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -55,8 +55,8 @@ pub(super) fn work_off(
     threads: usize,
     goes_on: &str,
     leave: &(dyn Fn(u32) -> bool + Sync),
-    work: impl FnOnce(&Run<'_>) -> Result<Ran>,
-) -> Result<Ran> {
+    work: impl FnOnce(&Run<'_>) -> Result<RunCounts>,
+) -> Result<RunCounts> {
     interrupt::watch().context("watching for signals")?;
     // Show progress, and stop at the first signal.
     let progress = cost_bar(folder);

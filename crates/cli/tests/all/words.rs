@@ -31,7 +31,7 @@ fn what_is_listed_is_understood() {
             assert!(line.starts_with(name) && line.ends_with(about), "{line}");
             assert!(all.contains(&format!("  {line}\n")), "{line}");
             match what {
-                "scenes" => drop(linelit_scenes::Place::find(name).unwrap()),
+                "scenes" => drop(linelit_scenes::SceneLocation::find(name).unwrap()),
                 "studies" => assert!(
                     linelit_papers::study(name, Some("plates")).is_some(),
                     "{name}"

@@ -141,7 +141,7 @@ impl PointBlock {
         };
         let len = numbers.len().min(SIZE);
         let point = integrand.point;
-        let seen = Seen {
+        let seen = KernelInput {
             x: point.position,
             normals: [point.normal, point.geometric_normal],
             light: normal,
@@ -198,7 +198,7 @@ impl Columns {
 }
 
 /// A shading point and a flat light, as the kernel needs them.
-struct Seen {
+struct KernelInput {
     x: DVec3,
     /// The normals of its horizons, the shading normal first.
     normals: [DVec3; 2],
@@ -214,7 +214,7 @@ struct Seen {
 /// and of [`ShadingPoint::reflected`](crate::ShadingPoint::reflected) for uniform emission. Returns
 /// a bit for each point that carries light; for other emission, for each that has a density.
 #[inline(always)]
-fn look_kernel<S: Simd>(s: S, seen: &Seen, rows: usize, columns: &mut Columns) -> u64 {
+fn look_kernel<S: Simd>(s: S, seen: &KernelInput, rows: usize, columns: &mut Columns) -> u64 {
     let mut carry = 0;
     for row in 0..rows.min(SIZE / 8) {
         let zero = s.dsplat(0.0);
@@ -248,10 +248,10 @@ fn look_kernel<S: Simd>(s: S, seen: &Seen, rows: usize, columns: &mut Columns) -
     carry
 }
 dispatch! {
-    fn look = look_kernel(seen: &Seen, rows: usize, columns: &mut Columns) -> u64
+    fn look = look_kernel(seen: &KernelInput, rows: usize, columns: &mut Columns) -> u64
 }
 
-impl Seen {
+impl KernelInput {
     /// Unit vectors, as points of either measure have them.
     #[inline(always)]
     fn direction<S: Simd>(&self, s: S, [x, y, z]: [S::D; 3], square: S::D) -> [S::D; 3] {
@@ -395,7 +395,7 @@ mod tests {
             let drawn = columns(&mut rng, x);
             let (local, is_even) = (round % 2 == 0, round % 7 > 2);
             let f = point.known().constant().expect("Lambert");
-            let seen = Seen {
+            let seen = KernelInput {
                 x,
                 normals: [point.normal, point.geometric_normal],
                 light: quad.normal(),

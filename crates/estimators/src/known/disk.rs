@@ -2,8 +2,8 @@
 
 use super::boundary::visible_region;
 use super::region::{CORNERS, KnownLight, RegionMemory, clip};
-use crate::view::{Shape, View};
-use linelit_bsdf::TransformedCosines;
+use crate::view::{LightView, Shape};
+use linelit_bsdf::LtcMixture;
 use linelit_geometry::{DVec3, EllipticCone, Frame};
 use linelit_lights::{Disk, DiskCone, SphereProjected, around_unit_circle};
 use linelit_penumbra::{BoundaryEdge, DiskEdge, PartOnDisk, Penumbra, Point};
@@ -18,7 +18,7 @@ const SMALL: f64 = 1e-4;
 /// The irradiance of the visible part of a round light of radiance one; with `skip`, an empty shaft
 /// takes the whole light. `None` where the boundary does not tell.
 pub(crate) fn irradiance(
-    view: &View<'_>,
+    view: &LightView<'_>,
     skip: bool,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
@@ -37,7 +37,7 @@ pub(crate) fn irradiance(
 
 /// The irradiance of a whole round light of radiance one: a sphere, cut by the shading horizon or
 /// not, or a disk above it; `None` where the horizons cut more.
-fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
+fn whole(view: &LightView<'_>, disk: &Disk) -> Option<f64> {
     let (x, n) = (view.at.position, view.at.normal);
     let above = |normal: DVec3| {
         let rise = disk.radius * normal.cross(disk.normal).length();
@@ -59,8 +59,8 @@ fn whole(view: &View<'_>, disk: &Disk) -> Option<f64> {
 /// The light ∫ V g dω of the visible part of a round light of radiance one; keeps g in the memory.
 /// `None` where the boundary does not tell: also where the disk is too small, or seen too flatly.
 pub(crate) fn cosines(
-    view: &View<'_>,
-    cosines: &TransformedCosines,
+    view: &LightView<'_>,
+    cosines: &LtcMixture,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
 ) -> Option<KnownLight> {
@@ -95,7 +95,7 @@ impl<'a> SeenDisk<'a> {
     /// `None` where the boundary does not tell: nothing is kept of the occluders, or the disk is
     /// too small or seen too flatly.
     fn new(
-        view: &View<'_>,
+        view: &LightView<'_>,
         disk: &Disk,
         shaft: &mut Shaft<'_>,
         penumbra: &mut Penumbra,

@@ -3,7 +3,7 @@
 use crate::WorkCounters;
 use crate::draw::lines::{Draw, Draws};
 use crate::point::Receiver;
-use crate::view::View;
+use crate::view::LightView;
 use crate::visible::Visible;
 use linelit_bsdf::{ClosedForm, ClosedLobe};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
@@ -31,7 +31,7 @@ impl LineMemory {
 /// Σ over lines that were drawn of their integrals in closed form; `height` is the factor of a line
 /// that has a plane of its own, and `visible` tells the parts of a line.
 pub(crate) fn gather<'v>(
-    view: &View<'_>,
+    view: &LightView<'_>,
     form: &ClosedForm<'_>,
     height: impl Fn(&LineSample) -> f64,
     draws: &Draws,

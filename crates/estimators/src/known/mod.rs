@@ -8,12 +8,14 @@ pub(crate) mod segment;
 
 use crate::draw::lines::Use;
 use crate::streams::Samples;
-use crate::view::{Shape, View};
+use crate::view::{LightView, Shape};
 use crate::visible::Visible;
-use crate::{EmissionTexture, KnownOver, Lines, Of, Query, ShadingPoint, WorkCounters};
-use linelit_bsdf::{ClosedForm, Reflection, TransformedCosines};
+use crate::{EmissionTexture, KnownIntegrand, KnownOver, Lines, Query, ShadingPoint, WorkCounters};
+use linelit_bsdf::{ClosedForm, LtcMixture, Reflection};
 use linelit_geometry::DVec3;
-use linelit_lights::{Beam, LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface};
+use linelit_lights::{
+    DeltaSample, LineDensity, LineFamily, LineSample, LineSetup, NoTexture, Surface,
+};
 use linelit_shading::quadrature::Model;
 use linelit_visibility::ShaftClass;
 use lines::LineMemory;
@@ -31,9 +33,9 @@ pub(crate) struct KnownMemory {
 /// are integrated over the part of a polygon above the horizons if the view has it.
 pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
-    view: &View<'_>,
+    view: &LightView<'_>,
     known: &KnownOver<'_>,
-    cosines: Option<&TransformedCosines>,
+    cosines: Option<&LtcMixture>,
     visible: &mut Visible<'_>,
     memory: &mut KnownMemory,
     counts: &mut WorkCounters,
@@ -45,7 +47,7 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     let light = match known {
         KnownOver::Nothing => DVec3::ZERO,
         KnownOver::Ray => match &view.shape {
-            Shape::Beam(of) => beam(query.point, of, visible),
+            Shape::DeltaSample(of) => beam(query.point, of, visible),
             _ => return None,
         },
         KnownOver::Lines {
@@ -56,12 +58,14 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             draw(query, view, options, *count, lines);
             lines.ask(visible, counts);
             let sum = match of {
-                Of::Quadrature => by_quadrature(query, view, options, lines),
-                Of::Reflection | Of::Cosines => closed(view, &form()?, options, lines),
+                KnownIntegrand::Quadrature => by_quadrature(query, view, options, lines),
+                KnownIntegrand::Reflection | KnownIntegrand::Cosines => {
+                    closed(view, &form()?, options, lines)
+                }
             };
             sum / f64::from(*count)
         }
-        KnownOver::Region(Of::Cosines) => {
+        KnownOver::Region(KnownIntegrand::Cosines) => {
             let (cosines, shaft) = (cosines?, visible.shaft()?);
             let over = match (view.polygon(), view.above) {
                 (Some(polygon), None) => region::cosines(view, polygon, cosines, shaft, region),
@@ -84,8 +88,8 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
 /// of a diffuse surface.
 fn reflected_of_region<R: Reflection, T>(
     query: &Query<'_, R, T>,
-    view: &View<'_>,
-    of: Of,
+    view: &LightView<'_>,
+    of: KnownIntegrand,
     visible: &mut Visible<'_>,
     (lines, region, counts): (&mut LineMemory, &mut RegionMemory, &mut WorkCounters),
 ) -> Option<DVec3> {
@@ -96,8 +100,12 @@ fn reflected_of_region<R: Reflection, T>(
         counts.count_lines(&lines.visible, 1);
         let (parts, point) = (lines.visible.line(0), query.point);
         let sum = match of {
-            Of::Quadrature => segment::by_quadrature(line, point, parts, Model::Cylinder),
-            Of::Reflection | Of::Cosines => segment::closed(view, line, &form()?, parts),
+            KnownIntegrand::Quadrature => {
+                segment::by_quadrature(line, point, parts, Model::Cylinder)
+            }
+            KnownIntegrand::Reflection | KnownIntegrand::Cosines => {
+                segment::closed(view, line, &form()?, parts)
+            }
         };
         return Some(emitted * sum);
     }
@@ -121,7 +129,7 @@ fn reflected_of_region<R: Reflection, T>(
 /// The light of a source without size, by one shadow ray where it lights the point.
 pub(crate) fn beam<R: Reflection>(
     point: &ShadingPoint<R>,
-    beam: &Beam,
+    beam: &DeltaSample,
     visible: &mut Visible<'_>,
 ) -> DVec3 {
     let light = point.reflected(beam.irradiance, beam.direction);
@@ -134,7 +142,7 @@ pub(crate) fn beam<R: Reflection>(
 /// Draws lines on a polygon, or along the axis of a cylinder, whose integrals are known.
 fn draw<R, T>(
     query: &Query<'_, R, T>,
-    view: &View<'_>,
+    view: &LightView<'_>,
     options: &Lines,
     count: u32,
     memory: &mut LineMemory,
@@ -156,7 +164,7 @@ fn draw<R, T>(
 }
 
 /// The lines along the axis of a cylinder, whatever the direction asked for.
-fn on_cylinder<'v>(view: &'v View<'_>, lines: &Lines) -> Option<LineFamily<'v>> {
+fn on_cylinder<'v>(view: &'v LightView<'_>, lines: &Lines) -> Option<LineFamily<'v>> {
     let Shape::Cylinder(cylinder) = view.shape else {
         return None;
     };
@@ -172,7 +180,7 @@ fn on_cylinder<'v>(view: &'v View<'_>, lines: &Lines) -> Option<LineFamily<'v>> 
 
 /// Σ over lines of their integrals in closed form.
 fn closed(
-    view: &View<'_>,
+    view: &LightView<'_>,
     form: &ClosedForm<'_>,
     options: &Lines,
     memory: &mut LineMemory,
@@ -189,7 +197,7 @@ fn closed(
 /// Σ over lines of a cylinder of their integrals by quadrature.
 fn by_quadrature<R: Reflection, T>(
     query: &Query<'_, R, T>,
-    view: &View<'_>,
+    view: &LightView<'_>,
     options: &Lines,
     memory: &LineMemory,
 ) -> DVec3 {

@@ -1,10 +1,10 @@
 //! Light over the visible region of a polygon: diffuse in closed form, and by transformed cosines.
 
 use super::boundary::visible_region;
-use crate::integrand::Cosines;
+use crate::integrand::KnownLtc;
 use crate::point::Receiver;
-use crate::view::View;
-use linelit_bsdf::{ClosedForm, ClosedLobe, TransformedCosines};
+use crate::view::LightView;
+use linelit_bsdf::{ClosedForm, ClosedLobe, LtcMixture};
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_penumbra::{BoundaryEdge, PartOnDisk, Penumbra, Point};
 use linelit_shading::ltc::Ltc;
@@ -29,7 +29,7 @@ pub(crate) struct RegionMemory {
     pub penumbra: Penumbra,
     pub(super) on_disk: PartOnDisk,
     /// The transformed cosines that were integrated last.
-    pub cosines: Cosines,
+    pub cosines: KnownLtc,
     /// The light, as sums over the channels, that the cosine itself and each lobe reflect of the
     /// region.
     pub reflected: Vec<f64>,
@@ -56,14 +56,14 @@ pub(crate) struct KnownLight {
 /// There is no error but rounding, 1e-12 of the light unshadowed, and 1e-8 for lobes. `None` where
 /// the shaft keeps nothing of the occluders.
 pub(crate) fn reflected(
-    view: &View<'_>,
+    view: &LightView<'_>,
     form: &ClosedForm<'_>,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
 ) -> Option<(f64, DVec3)> {
     let n = view.at.normal;
     let mut corners = [[0.0; 2]; CORNERS];
-    let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
+    let seen = SeenRegion::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
     if seen.pieces.is_empty() {
         return Some((0.0, DVec3::ZERO));
     }
@@ -76,7 +76,11 @@ pub(crate) fn reflected(
 
 /// The light that the lobes of a reflection make of light of radiance one, by the integral of each
 /// for its axis and exponent.
-fn lobes(view: &View<'_>, form: &ClosedForm<'_>, integral: impl Fn(DVec3, f64) -> f64) -> DVec3 {
+fn lobes(
+    view: &LightView<'_>,
+    form: &ClosedForm<'_>,
+    integral: impl Fn(DVec3, f64) -> f64,
+) -> DVec3 {
     let light = |lobe| match lobe {
         ClosedLobe::Power {
             scale,
@@ -94,7 +98,7 @@ fn lobes(view: &View<'_>, form: &ClosedForm<'_>, integral: impl Fn(DVec3, f64) -
 }
 
 /// The light that a reflection makes of a whole polygon of radiance one.
-pub(crate) fn whole(view: &View<'_>, form: &ClosedForm<'_>) -> DVec3 {
+pub(crate) fn whole(view: &LightView<'_>, form: &ClosedForm<'_>) -> DVec3 {
     let Some(light) = view.polygon() else {
         return DVec3::ZERO;
     };
@@ -123,9 +127,9 @@ pub(crate) fn whole(view: &View<'_>, form: &ClosedForm<'_>) -> DVec3 {
 /// The light ∫ V g dω of a polygon of radiance one, the light or its part above the horizons, past
 /// whatever the shaft holds; keeps g in the memory. `None` if nothing is kept of the occluders.
 pub(crate) fn cosines(
-    view: &View<'_>,
+    view: &LightView<'_>,
     light: &ConvexPolygon,
-    cosines: &TransformedCosines,
+    cosines: &LtcMixture,
     shaft: &mut Shaft<'_>,
     memory: &mut RegionMemory,
 ) -> Option<KnownLight> {
@@ -146,7 +150,7 @@ pub(crate) fn cosines(
         return Some(KnownLight { light, plane });
     }
     let mut corners = [[0.0; 2]; CORNERS];
-    let seen = Seen::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
+    let seen = SeenRegion::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
     Some(KnownLight {
         light: sums.over(&seen, &mut memory.reflected),
         plane: Some(seen.plane),
@@ -155,14 +159,14 @@ pub(crate) fn cosines(
 
 /// Integrals of transformed cosines.
 struct Sums<'a> {
-    cosines: &'a Cosines,
+    cosines: &'a KnownLtc,
     /// Whether the light is too small for sums over its edges.
     is_small: bool,
 }
 
 impl Sums<'_> {
     /// ∫ g dω over the visible part of a light, with the share of each lobe.
-    fn over(&self, seen: &Seen<'_>, reflected: &mut Vec<f64>) -> DVec3 {
+    fn over(&self, seen: &SeenRegion<'_>, reflected: &mut Vec<f64>) -> DVec3 {
         let frame = &self.cosines.frame;
         let whole = seen.irradiance(|p| p, frame.z, SMALL);
         let by_triangles = || seen.triangles(|triangle| self.flat(triangle));
@@ -213,7 +217,7 @@ impl Sums<'_> {
 }
 
 /// The visible part of a polygon, by its boundary.
-pub(crate) struct Seen<'a> {
+pub(crate) struct SeenRegion<'a> {
     /// The light's corners above the surface, in its plane.
     light: &'a [Point],
     pieces: &'a [BoundaryEdge],
@@ -221,7 +225,7 @@ pub(crate) struct Seen<'a> {
     plane: [DVec3; 3],
 }
 
-impl<'a> Seen<'a> {
+impl<'a> SeenRegion<'a> {
     /// The part of a polygon within a boundary, both in a plane's coordinates.
     pub(crate) const fn within(
         light: &'a [Point],

@@ -3,7 +3,7 @@
 
 use super::lines::above_surface;
 use crate::ShadingPoint;
-use crate::view::View;
+use crate::view::LightView;
 use linelit_bsdf::{ClosedForm, ClosedLobe, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::CylinderView;
@@ -21,7 +21,7 @@ const EVALUATIONS: u32 = 20_000;
 
 /// Light of the visible parts of a linear light of radiance one over its radius.
 pub(crate) fn closed(
-    view: &View<'_>,
+    view: &LightView<'_>,
     line: &Segment,
     reflection: &ClosedForm<'_>,
     parts: &[Interval],
@@ -43,7 +43,7 @@ pub(crate) fn closed(
 
 /// The sum of an integral over the visible parts of a linear light.
 fn over_parts(
-    view: &View<'_>,
+    view: &LightView<'_>,
     line: &Segment,
     parts: &[Interval],
     integral: impl Fn(DVec3, DVec3) -> f64,
@@ -82,6 +82,6 @@ pub(crate) fn by_quadrature<R: Reflection>(
 
 /// The irradiance that a cylinder of radiance one causes at the shading point where nothing hides
 /// it and all of its seen side is above the horizon.
-pub(crate) fn whole_cylinder(view: &View<'_>, cylinder: &CylinderView) -> f64 {
+pub(crate) fn whole_cylinder(view: &LightView<'_>, cylinder: &CylinderView) -> f64 {
     view.at.normal.dot(cylinder.vector_irradiance()).max(0.0)
 }

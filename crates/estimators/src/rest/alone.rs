@@ -6,12 +6,12 @@ use crate::draw::lines::{Draw, Draws, Use};
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
 use crate::streams::Samples;
-use crate::view::View;
+use crate::view::LightView;
 use crate::visible::Visible;
 use crate::{EmissionTexture, Lines, PointDensity, WorkCounters};
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::{ConvexPolygon, DVec3, intervals::Interval, stop};
-use linelit_lights::{DiskLobes, LightPoint, PointSource, Surface};
+use linelit_lights::{DiskLtc, LightPoint, PointSource, Surface};
 use std::ops::Range;
 
 /// The mean of V × value/p over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
@@ -69,8 +69,8 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
 /// too small for that, or seen too flatly.
 pub(crate) fn by_lobes<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
-    view: &View<'_>,
-    cosines: &TransformedCosines,
+    view: &LightView<'_>,
+    cosines: &LtcMixture,
     samples: Samples<'_>,
     visible: &mut Visible<'_>,
     block: &mut PointBlock,
@@ -80,8 +80,8 @@ pub(crate) fn by_lobes<R: Reflection, T: EmissionTexture>(
     };
     let (texture, viewer) = (integrand.light.texture, view.at.viewer());
     let uniform = || PointSource::new(PointDensity::SolidAngle, surface, texture, &viewer);
-    let lobes = DiskLobes::new(&disk, viewer.position, &cosines.lobes_alone());
-    let source = lobes.map_or_else(uniform, PointSource::DiskLobes);
+    let lobes = DiskLtc::new(&disk, viewer.position, &cosines.lobes_alone());
+    let source = lobes.map_or_else(uniform, PointSource::DiskLtc);
     points(
         integrand,
         &surface,

@@ -8,9 +8,9 @@ use crate::draw::block::{BLOCK, PointBlock};
 use crate::streams::Samples;
 use crate::visible::Visible;
 use crate::{LinearHeuristic, LinearOptions, ShadingPoint, Stream};
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::{DVec3, Segment, stop};
-use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, SegmentLobes};
+use linelit_lights::linear::{LinearSample, LinearSampler, LinearTechnique, SegmentLtc};
 use linelit_lights::{LinearPointTechnique, Pdf};
 use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, weighted_balance};
 use std::f64::consts::FRAC_1_PI;
@@ -32,7 +32,7 @@ pub(crate) struct SegmentMemory {
 
 /// Points that are asked of a linear light.
 #[derive(Debug)]
-pub(crate) struct Asked<'a, R> {
+pub(crate) struct SegmentQuery<'a, R> {
     pub point: &'a ShadingPoint<R>,
     pub line: &'a Segment,
     /// The light's radiance times its radius.
@@ -42,9 +42,9 @@ pub(crate) struct Asked<'a, R> {
 
 /// Points on a linear light: the mean of L R f_r V cos θ/p, with p per solid angle and radius.
 pub(crate) fn points<R: Reflection>(
-    asked: &Asked<'_, R>,
+    asked: &SegmentQuery<'_, R>,
     options: LinearOptions,
-    cosines: Option<&TransformedCosines>,
+    cosines: Option<&LtcMixture>,
     visible: &mut Visible<'_>,
     memory: &mut SegmentMemory,
     block: &mut PointBlock,
@@ -63,7 +63,7 @@ pub(crate) fn points<R: Reflection>(
     let (Some(heuristic), Some(cosines)) = (heuristic, cosines) else {
         return by_technique(asked, &flat, visible, block);
     };
-    let Some(glossy) = SegmentLobes::new(line, x, n, cosines) else {
+    let Some(glossy) = SegmentLtc::new(line, x, n, cosines) else {
         return by_technique(asked, &flat, visible, block);
     };
     let albedo = cosines.diffuse.max(DVec3::splat(LEAST_ALBEDO));
@@ -82,7 +82,7 @@ pub(crate) fn points<R: Reflection>(
 
 /// One technique.
 fn by_technique<R: Reflection>(
-    asked: &Asked<'_, R>,
+    asked: &SegmentQuery<'_, R>,
     sampler: &LinearSampler,
     visible: &mut Visible<'_>,
     block: &mut PointBlock,
@@ -118,9 +118,9 @@ impl DiffuseGlossyPair {
     /// The weighted sum of all samples of both.
     fn sum<R: Reflection>(
         &self,
-        asked: &Asked<'_, R>,
+        asked: &SegmentQuery<'_, R>,
         flat: &LinearSampler,
-        glossy: &SegmentLobes,
+        glossy: &SegmentLtc,
         visible: &mut Visible<'_>,
         memory: &mut SegmentMemory,
     ) -> DVec3 {

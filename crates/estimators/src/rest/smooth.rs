@@ -1,7 +1,7 @@
 //! Weights without steps: densities of points smoothed at the borders of the light and of its
 //! visible parts (Salesin & Jarosz 2019, section 4.3).
 
-use crate::view::View;
+use crate::view::LightView;
 use crate::{Smoothing, Weights};
 use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{LightPoint, Surface};
@@ -25,7 +25,7 @@ pub(super) struct Smooth<'a> {
 
 impl<'a> Smooth<'a> {
     /// `None` where weights are not smoothed.
-    pub(super) fn new(weights: Weights, view: &View<'_>, part: Surface<'a>) -> Option<Self> {
+    pub(super) fn new(weights: Weights, view: &LightView<'_>, part: Surface<'a>) -> Option<Self> {
         let Weights::Smooth(kind) = weights else {
             return None;
         };

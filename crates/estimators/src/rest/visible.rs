@@ -3,11 +3,11 @@
 use crate::integrand::Integrand;
 use crate::known::region::RegionMemory;
 use crate::streams::Samples;
-use crate::view::View;
+use crate::view::LightView;
 use crate::{EmissionTexture, Stream};
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::DVec3;
-use linelit_lights::{RegionSampler, VisibleLobes};
+use linelit_lights::{RegionSampler, VisiblePolygonLtc};
 
 /// The samples for one that goes ahead, and the least and most that do.
 const SAMPLES_FOR_ONE_AHEAD: u32 = 4;
@@ -22,8 +22,8 @@ const MOST_AHEAD: u32 = 2 * LEAST_AHEAD;
 /// something is visible whose area is rounded to nothing.
 pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
-    view: &View<'_>,
-    cosines: &TransformedCosines,
+    view: &LightView<'_>,
+    cosines: &LtcMixture,
     plane: [DVec3; 3],
     samples: Samples<'_>,
     memory: &RegionMemory,
@@ -41,7 +41,7 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     if region.area() <= 0.0 {
         return None;
     }
-    let lobes = VisibleLobes::within(region, light, x, cosines, &memory.reflected);
+    let lobes = VisiblePolygonLtc::within(region, light, x, cosines, &memory.reflected);
     // f cos θ/p and g/p.
     let draw = |u: [f64; 2]| {
         let (at, density) = lobes.draw(u, light, x)?;

@@ -11,13 +11,13 @@ use super::smooth::{Smooth, parameter, piece_of};
 use crate::draw::Source;
 use crate::draw::block::{BLOCK, LEAST, PointBlock};
 use crate::integrand::Integrand;
-use crate::view::View;
+use crate::view::LightView;
 use crate::visible::Visible;
 use crate::{
     EmissionTexture, MOST_TECHNIQUES, Pieces, RandomNumbers, Stream, Weighted, Weights,
     WorkCounters,
 };
-use linelit_bsdf::{Reflection, TransformedCosines};
+use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::{DVec3, Segment, intervals::Interval, stop};
 use linelit_lights::{LightPoint, LineFamily, LineSample, Surface, Viewer};
 use linelit_mis::{Heuristic, smoothing};
@@ -57,9 +57,9 @@ struct Combination<'a, 'v, R, T> {
 /// without its 1/S), on the part of the light above the horizons.
 pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
-    view: &View<'_>,
+    view: &LightView<'_>,
     weighted: &Weighted<'_>,
-    cosines: Option<&TransformedCosines>,
+    cosines: Option<&LtcMixture>,
     numbers: &RandomNumbers,
     visible: &mut Visible<'_>,
     memory: (&mut WeightedMemory, &mut PointBlock, &mut WorkCounters),

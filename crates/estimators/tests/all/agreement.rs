@@ -2,10 +2,10 @@
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
-    Bsdf, ClosedForm, ClosedLobe, CosineFit, Fresnel, Frostbite, Lambert, Layers, Lobe,
+    Bsdf, ClosedForm, ClosedLobe, Fresnel, Frostbite, Lambert, Layers, Lobe, LtcFit,
 };
 use linelit_bsdf::{Known, OrenNayar, Phong, Reflection, Reflector, Substrate};
-use linelit_bsdf::{TransformedCosine, TransformedCosines};
+use linelit_bsdf::{LtcLobe, LtcMixture};
 use linelit_estimators::{Buffers, EmissionTexture, LightSource, OcclusionStats, Query};
 use linelit_estimators::{RandomNumbers, ShadingPoint, Technique, estimate};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
@@ -382,7 +382,7 @@ fn weights_by_power_give_the_same_light() {
 /// and the normal says.
 struct Likened<F>(Bsdf, F);
 
-impl<F: Fn(DVec3, DVec3) -> TransformedCosines> Reflection for Likened<F> {
+impl<F: Fn(DVec3, DVec3) -> LtcMixture> Reflection for Likened<F> {
     fn eval(&self, wi: DVec3, wo: DVec3, n: DVec3) -> DVec3 {
         self.0.eval(wi, wo, n)
     }
@@ -399,7 +399,7 @@ impl<F: Fn(DVec3, DVec3) -> TransformedCosines> Reflection for Likened<F> {
         Known::Cosines { are_unlike: false }
     }
 
-    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<TransformedCosines> {
+    fn transformed_cosines(&self, wo: DVec3, n: DVec3) -> Option<LtcMixture> {
         Some(self.1(wo, n))
     }
 }
@@ -414,7 +414,7 @@ fn fitted_reflections_have_the_same_light_with_less_noise() {
         exponent: 12.0,
     };
     let bsdf = Bsdf::Phong(matte(), phong);
-    let fit = CosineFit::new(&bsdf);
+    let fit = LtcFit::new(&bsdf);
     let fitted = || Likened(bsdf.clone(), |wo, n| fit.transformed_cosines(wo, n));
     let (x, n, wo) = (DVec3::X * 0.25, DVec3::Z, DVec3::new(-0.6, 0.0, 0.8));
     hold("fitted", 1, x, n, fitted());
@@ -440,8 +440,8 @@ fn cosines_that_are_zero_cost_noise_alone() {
     let lobe = |axis: DVec3| {
         let about = Frame::from_normal(axis.normalize());
         let map = DMat3::from_cols(about.x * 0.5, about.y * 0.5, about.z);
-        let mut cosines = TransformedCosines::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
-        cosines.add(TransformedCosine {
+        let mut cosines = LtcMixture::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
+        cosines.add(LtcLobe {
             map,
             albedo: quarter,
         });
@@ -463,7 +463,7 @@ fn cosines_that_are_zero_cost_noise_alone() {
         })
         .count();
     assert_eq!(seen, 3, "horizons that cut every polygon");
-    let nothing = TransformedCosines::new(half.frame, DVec3::ZERO);
+    let nothing = LtcMixture::new(half.frame, DVec3::ZERO);
     let (_, bsdf) = &materials()[1];
     for cosines in [half, lobe(DVec3::new(1.0, 0.0, -2.0)), nothing] {
         hold(

@@ -2,9 +2,11 @@
 
 use crate::agreement::{Image, Opaque, gaussians, lights, materials, means, occluders};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
-use linelit_estimators::{Ask, Between, Closed, Estimator, Facts, KnownKind, KnownOver, LightKind};
 use linelit_estimators::{
     Buffers, LightSource, OcclusionStats, PlanCounters, PointDensity, Query, RandomNumbers,
+};
+use linelit_estimators::{
+    Closed, Estimator, KnownKind, KnownOver, LightKind, MethodFacts, ShaftAnswer, VisibilityBy,
 };
 use linelit_estimators::{Rest, ShadingPoint, Technique, estimate};
 use linelit_geometry::DVec3;
@@ -25,8 +27,8 @@ fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
 }
 
 /// The shaft between the point and the lights of [`occluders`], without and with a blocker.
-fn between(blocked: bool) -> Between {
-    Between {
+fn between(blocked: bool) -> ShaftAnswer {
+    ShaftAnswer {
         class: if blocked {
             ShaftClass::Partial
         } else {
@@ -74,7 +76,7 @@ fn estimates<R: Reflection>(
         let estimator: Estimator = text.parse().ok()?;
         let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
         let query = Query::new(occluders, &source, point, &estimator, numbers, SAMPLES);
-        let facts = Facts::of(&query);
+        let facts = MethodFacts::of(&query);
         let method = estimator.method(&facts, &between(blocked));
         let values = means(light, occluders, point, (&text, false), SAMPLES, 0..16);
         Some(Cell {
@@ -176,7 +178,7 @@ fn facts_are_those_of_the_query() {
                 let numbers = RandomNumbers::new(SamplerKind::Sobol, 0, [0, 0], 0);
                 let mut query = Query::new(&occluders, &source, &point, &estimator, numbers, 3);
                 query.skip = false;
-                let facts = Facts::of(&query);
+                let facts = MethodFacts::of(&query);
                 let (kind, known) = (LightKind::of(&source), KnownKind::of(&point));
                 let has_axis = matches!(kind, LightKind::Linear | LightKind::Cylinder);
                 let is_polygon = matches!(kind, LightKind::Polygon | LightKind::Textured);
@@ -243,18 +245,18 @@ fn what_is_not_integrated_is_counted() {
 }
 
 /// One of 64 combinations of what a method may depend on beside light and reflection.
-fn situation(case: u32, light: LightKind, known: KnownKind) -> (Facts<'static>, Between) {
+fn situation(case: u32, light: LightKind, known: KnownKind) -> (MethodFacts<'static>, ShaftAnswer) {
     let is = |bit: u32| case >> bit & 1 == 1;
-    let between = Between {
+    let between = ShaftAnswer {
         is_dense: is(0) && is(1),
         has_region: is(2),
         ..between(is(0))
     };
-    let facts = Facts {
+    let facts = MethodFacts {
         skip: is(3),
-        ask: [Ask::Rays, Ask::Shaft][usize::from(is(4))],
+        ask: [VisibilityBy::Rays, VisibilityBy::Shaft][usize::from(is(4))],
         points: [PointDensity::Area, PointDensity::SolidAngle][usize::from(is(5))],
-        ..Facts::new(light, known, SAMPLES)
+        ..MethodFacts::new(light, known, SAMPLES)
     };
     (facts, between)
 }
@@ -275,7 +277,7 @@ fn what_a_method_integrates_can_be_integrated_or_has_samples_in_its_place() {
         })
     });
     let (mut regions, mut round) = (0, 0);
-    let mut hold = |estimator: &Estimator, (facts, between): (Facts<'_>, Between)| {
+    let mut hold = |estimator: &Estimator, (facts, between): (MethodFacts<'_>, ShaftAnswer)| {
         let method = estimator.method(&facts, &between);
         let is_round = matches!(facts.light, LightKind::Sphere | LightKind::Disk);
         let is_region = matches!(method.known, KnownOver::Region(_));
@@ -283,7 +285,7 @@ fn what_a_method_integrates_can_be_integrated_or_has_samples_in_its_place() {
         let has_region = between.has_region || facts.light == LightKind::Linear;
         let what = || format!("{estimator} {facts:?} {between:?}: {method:?}");
         assert_eq!(has_other, is_region && is_round, "{}", what());
-        let may_be = has_region && method.ask == Ask::Shaft;
+        let may_be = has_region && method.ask == VisibilityBy::Shaft;
         assert!(may_be || !is_region, "{}", what());
         regions += u32::from(is_region);
         round += u32::from(is_region && is_round);

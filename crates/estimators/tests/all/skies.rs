@@ -4,8 +4,8 @@ use crate::linear_lights::reflections;
 use crate::round::{estimates, glossy, matte, nothing, rectangles};
 use linelit_bsdf::Bsdf;
 use linelit_estimators::{
-    Buffers, Estimator, Facts, KnownKind, LightKind, LightSource, NoTexture, PlanCounters, Query,
-    RandomNumbers, ShadingPoint, estimate,
+    Buffers, Estimator, KnownKind, LightKind, LightSource, MethodFacts, NoTexture, PlanCounters,
+    Query, RandomNumbers, ShadingPoint, estimate,
 };
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::{
@@ -421,7 +421,7 @@ fn methods_are_told() {
     let known = KnownKind::ALL[3].1;
     let told = |text: &str, light| {
         let estimator: Estimator = text.parse().expect("an estimator");
-        estimator.explain(&Facts::new(light, known, 8))
+        estimator.explain(&MethodFacts::new(light, known, 8))
     };
     for text in TEXTS {
         assert_eq!(

@@ -4,7 +4,7 @@
 use crate::agreement::{lights, means, occluders};
 use crate::linear_lights::reflections;
 use crate::round::{estimates, glossy, matte, nothing};
-use linelit_bsdf::{Bsdf, Known, Reflection, TransformedCosine, TransformedCosines};
+use linelit_bsdf::{Bsdf, Known, LtcLobe, LtcMixture, Reflection};
 use linelit_estimators::{Measure, ShadingPoint, Technique, VisibleRegion};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::{
@@ -309,7 +309,7 @@ fn horizons_cut_all_lights_where_they_are() {
 }
 
 /// A reflection that is its transformed cosines: what is left to samples is nothing.
-struct Cosines(TransformedCosines);
+struct Cosines(LtcMixture);
 
 impl Reflection for Cosines {
     fn eval(&self, wi: DVec3, _: DVec3, _: DVec3) -> DVec3 {
@@ -331,7 +331,7 @@ impl Reflection for Cosines {
         Known::Cosines { are_unlike: false }
     }
 
-    fn transformed_cosines(&self, _: DVec3, _: DVec3) -> Option<TransformedCosines> {
+    fn transformed_cosines(&self, _: DVec3, _: DVec3) -> Option<LtcMixture> {
         Some(self.0)
     }
 }
@@ -339,14 +339,14 @@ impl Reflection for Cosines {
 /// A cosine and two lobes about a normal, by maps that mirror or do not, with its horizon.
 fn lobes(normal: DVec3, mirror: f64) -> Cosines {
     let flip = DMat3::from_diagonal(DVec3::new(mirror, 1.0, 1.0));
-    let mut sum = TransformedCosines::new(Frame::from_normal(normal), DVec3::splat(0.1));
+    let mut sum = LtcMixture::new(Frame::from_normal(normal), DVec3::splat(0.1));
     for (columns, albedo) in [
         ([[0.5, 0.0, 0.0], [0.1, 0.75, 0.0], [0.25, 0.1, 1.0]], 0.25),
         ([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [-0.5, 0.0, 1.0]], 0.5),
     ] {
         let albedo = DVec3::new(albedo, 0.5 * albedo, 0.0);
         let map = DMat3::from_cols_array_2d(&columns) * flip;
-        sum.add(TransformedCosine { map, albedo });
+        sum.add(LtcLobe { map, albedo });
     }
     Cosines(sum)
 }

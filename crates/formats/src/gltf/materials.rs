@@ -55,7 +55,7 @@ pub(super) fn names_extension(name: &str) -> bool {
 /// positions are known.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-struct Node<'a> {
+struct JsonMaterial<'a> {
     name: Option<String>,
     #[serde(borrow)]
     pbr_metallic_roughness: Option<Raw<'a>>,
@@ -107,7 +107,7 @@ impl<'a> Reader<'a> {
     /// Reads a material, and adds it to the scene.
     fn material(&mut self, raw: Raw<'a>) -> Result<Entry> {
         // Read its parts.
-        let node: Node<'a> = self.doc.read(raw)?;
+        let node: JsonMaterial<'a> = self.doc.read(raw)?;
         let mut uv_set = None;
         let surface = self.metallic_roughness(&node, raw, &mut uv_set)?;
         let normal_map = self.normal_map(&node, &mut uv_set)?;
@@ -143,7 +143,7 @@ impl<'a> Reader<'a> {
 
     /// Reads the holes of `alphaMode`. MASK is supported. BLEND is read as a mask with the cutoff
     /// one half if there is an image, and otherwise as opaque, as there is no partial transparency.
-    fn holes(&mut self, node: &Node<'a>, uv_set: &mut Option<u32>) -> Result<Holes> {
+    fn holes(&mut self, node: &JsonMaterial<'a>, uv_set: &mut Option<u32>) -> Result<Holes> {
         // Read the mode.
         let doc = self.doc;
         let Some(mode) = node.alpha_mode else {
@@ -187,7 +187,7 @@ impl<'a> Reader<'a> {
 
     /// Warns about extensions of a material that are not supported. (Occlusion textures are ignored
     /// silently: they darken ambient light, which does not exist here.)
-    fn warn_about_rest(&mut self, node: &Node<'a>) -> Result<()> {
+    fn warn_about_rest(&mut self, node: &JsonMaterial<'a>) -> Result<()> {
         let doc = self.doc;
         for (name, instead) in EXTENSIONS {
             if let Some(extension) = node.extensions.get(*name) {
@@ -199,7 +199,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads an extension of a material.
-    fn details(&self, node: &Node<'a>, extension: &str) -> Result<Details<'a>> {
+    fn details(&self, node: &JsonMaterial<'a>, extension: &str) -> Result<Details<'a>> {
         let raw = node.extensions.get(extension).copied();
         raw.map_or(Ok(Details::default()), |raw| self.doc.read(raw))
     }
@@ -207,7 +207,7 @@ impl<'a> Reader<'a> {
     /// Reads base colour, metalness and roughness.
     fn metallic_roughness(
         &mut self,
-        node: &Node<'a>,
+        node: &JsonMaterial<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Surface> {
@@ -255,7 +255,7 @@ impl<'a> Reader<'a> {
 
     /// The reflectance of the base at normal incidence, from the extensions for the index of
     /// refraction and for specular reflection.
-    fn specular(&mut self, node: &Node<'a>, raw: Raw<'a>) -> Result<DVec3> {
+    fn specular(&mut self, node: &JsonMaterial<'a>, raw: Raw<'a>) -> Result<DVec3> {
         // Take the reflectance of the index of refraction, ((η − 1)/(η + 1))².
         let reflectance = match self.details(node, "KHR_materials_ior")?.ior {
             Some(eta) if (1.0..=f64::from(f32::MAX)).contains(&eta) => {
@@ -289,7 +289,7 @@ impl<'a> Reader<'a> {
     /// Reads the normal map, if there is one.
     fn normal_map(
         &mut self,
-        node: &Node<'a>,
+        node: &JsonMaterial<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<Option<NormalMap>> {
         let Some(named) = node.normal_texture else {
@@ -317,7 +317,7 @@ impl<'a> Reader<'a> {
     /// Reads the emitted radiance, if any, and the index of its texture.
     fn emission(
         &mut self,
-        node: &Node<'a>,
+        node: &JsonMaterial<'a>,
         raw: Raw<'a>,
         uv_set: &mut Option<u32>,
     ) -> Result<(Option<DVec3>, Option<u32>)> {

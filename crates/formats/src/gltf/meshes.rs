@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 /// A mesh of the file.
 #[derive(Deserialize)]
-struct Node<'a> {
+struct JsonMesh<'a> {
     #[serde(borrow)]
     primitives: Vec<Raw<'a>>,
 }
@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
     fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {
         let doc = self.doc;
         let mut list = Vec::new();
-        for raw in doc.read::<Node<'_>>(mesh)?.primitives {
+        for raw in doc.read::<JsonMesh<'_>>(mesh)?.primitives {
             let node: Primitive = doc.read(raw)?;
             if node.targets.is_some() {
                 let message = "morph targets are not supported";

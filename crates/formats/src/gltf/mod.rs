@@ -197,7 +197,7 @@ struct SceneNodes<'a> {
 /// A node of the file.
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct Node<'a> {
+struct JsonNode<'a> {
     #[serde(borrow)]
     children: Vec<Raw<'a>>,
     mesh: Option<usize>,
@@ -341,7 +341,7 @@ impl<'a> Reader<'a> {
         while let Some((index, parent)) = stack.pop() {
             // Compute the node's transform, and visit its children next.
             let raw = doc.known(List::Nodes, index);
-            let node: Node<'_> = doc.read(raw)?;
+            let node: JsonNode<'_> = doc.read(raw)?;
             let to_world = parent * transform(&node);
             if !to_world.is_finite() {
                 let message = "the transform is not finite";
@@ -404,11 +404,11 @@ impl<'a> Reader<'a> {
         // Add an instance for each entry.
         for k in 0..count.unwrap_or(0) {
             let turn = turns.as_ref().and_then(|t| t.values.get(4 * k..4 * k + 4));
-            let here = Node {
+            let here = JsonNode {
                 translation: three(&moves, k).unwrap_or_default(),
                 rotation: turn.and_then(|t| <[f64; 4]>::try_from(t).ok()),
                 scale: three(&scales, k),
-                ..Node::default()
+                ..JsonNode::default()
             };
             let to_world = to_world * transform(&here);
             if !to_world.is_finite() {
@@ -509,7 +509,7 @@ fn visit<'a>(
 fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
     let mut is_child = vec![false; seen.len()];
     for raw in &doc.lists.nodes {
-        for child in doc.read::<Node<'_>>(raw)?.children {
+        for child in doc.read::<JsonNode<'_>>(raw)?.children {
             let index = doc.read(child)?;
             doc.element(List::Nodes, index, child, "children")?;
             is_child[index] = true;
@@ -522,7 +522,7 @@ fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
 }
 
 /// A node's transform relative to its parent.
-fn transform(node: &Node<'_>) -> DAffine3 {
+fn transform(node: &JsonNode<'_>) -> DAffine3 {
     if let Some(m) = &node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(m));
     }

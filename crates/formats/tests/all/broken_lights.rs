@@ -4,7 +4,7 @@
 
 use linelit_formats::{LoadOptions, Loaded, Root, SceneError, from_pbrt_str};
 use linelit_geometry::DVec3;
-use linelit_lights::{Beam, Light};
+use linelit_lights::{DeltaSample, Light};
 use linelit_testkit::folder::Folder;
 
 /// The replacements that are tried for each word.
@@ -50,7 +50,7 @@ fn is_read(text: &str, result: Result<Loaded, SceneError>, files: &[&str]) -> bo
     for light in &loaded.scene.lights {
         let light = &*light.light;
         let x = DVec3::new(0.3, -0.2, 0.1);
-        let at_x = |beam: Option<Beam>| beam.map_or(DVec3::ZERO, |beam| beam.irradiance);
+        let at_x = |beam: Option<DeltaSample>| beam.map_or(DVec3::ZERO, |beam| beam.irradiance);
         let (emitted, shown) = match light {
             Light::Point(light) => (light.intensity, at_x(light.beam(x))),
             Light::Distant(light) => (light.irradiance, at_x(light.beam(x))),

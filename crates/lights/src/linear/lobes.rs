@@ -6,7 +6,7 @@ use crate::LinearPointTechnique;
 use crate::density::{Pdf, ThinSolidAngle};
 use linelit_geometry::finite::below_one;
 use linelit_geometry::{DMat3, DVec3, Segment};
-use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::ltc::LtcMixture;
 
 /// The LTCs of a reflection over a linear light as one technique. Each LTC gets a fraction of the
 /// samples in proportion to the light that it reflects without occluders.
@@ -14,26 +14,21 @@ use linelit_shading::ltc::TransformedCosines;
 /// It does not implement [`LinearPointTechnique`]: several LTCs may lead to the same point, so that
 /// there is no inverse.
 #[derive(Clone, Copy, Debug)]
-pub struct SegmentLobes {
+pub struct SegmentLtc {
     first: (LtcSampler, f64),
-    others: [Option<(LtcSampler, f64)>; TransformedCosines::MAX],
+    others: [Option<(LtcSampler, f64)>; LtcMixture::MAX],
     /// The radiance that the LTCs reflect for each unit of radiance × radius, without occluders.
     pub reflected: DVec3,
 }
 
-impl SegmentLobes {
+impl SegmentLtc {
     /// Sets the technique up for one light and the shading point `x` with the unit normal `normal`.
     /// `None` if no LTC reflects any of the light.
     #[must_use]
-    pub fn new(
-        light: &Segment,
-        x: DVec3,
-        normal: DVec3,
-        cosines: &TransformedCosines,
-    ) -> Option<Self> {
+    pub fn new(light: &Segment, x: DVec3, normal: DVec3, cosines: &LtcMixture) -> Option<Self> {
         let frame = cosines.frame;
         let to_world = DMat3::from_cols(frame.x, frame.y, frame.z);
-        let mut lobes = [None; TransformedCosines::MAX];
+        let mut lobes = [None; LtcMixture::MAX];
         let mut reflected = DVec3::ZERO;
         // Set up each LTC, and integrate it over the light.
         for (slot, lobe) in lobes.iter_mut().zip(cosines.lobes()) {
@@ -75,7 +70,7 @@ impl SegmentLobes {
         }
     }
 
-    /// Returns the density in m/sr with which [`SegmentLobes::sample`] gives the position `t` of
+    /// Returns the density in m/sr with which [`SegmentLtc::sample`] gives the position `t` of
     /// the light.
     #[must_use]
     pub fn pdf(&self, t: f64) -> Pdf<ThinSolidAngle> {

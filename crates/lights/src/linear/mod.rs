@@ -16,7 +16,7 @@ mod projected;
 mod view;
 mod warps;
 
-pub use lobes::SegmentLobes;
+pub use lobes::SegmentLtc;
 pub use ltc::LtcSampler;
 pub use projected::{ProjectedLine, ThinLine};
 pub use view::{ArcPoint, LineView};

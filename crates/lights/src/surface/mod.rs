@@ -15,7 +15,7 @@ macro_rules! of {
     };
     (PointSource $value:expr, $one:ident => $code:expr) => {
         of!(PointSource: Area Proxy SolidAngle Projected Lobes Texture SphereCap SphereCone
-            SphereProjected DiskArea DiskCone DiskChords DiskLobes CylinderArea CylinderLines Sky;
+            SphereProjected DiskArea DiskCone DiskChords DiskLtc CylinderArea CylinderLines Sky;
             $value, $one => $code)
     };
     ($of:ident: $($variant:ident)+; $value:expr, $one:ident => $code:expr) => {
@@ -38,7 +38,7 @@ pub(crate) mod texture;
 
 use crate::{CylinderView, Disk, Pdf, Shape, SkyView, Sphere, SurfaceMeasure};
 use linelit_geometry::{ConvexPolygon, DVec3};
-use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::ltc::LtcMixture;
 
 /// A point of a light, with its direction and its distance from the shading point.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +95,7 @@ pub struct Viewer<'a> {
     /// The unit geometric normal of the surface at the point, which makes a second horizon.
     pub geometric_normal: DVec3,
     /// The reflection at the point as a sum of LTCs, if it is known and a density needs it.
-    pub cosines: Option<&'a TransformedCosines>,
+    pub cosines: Option<&'a LtcMixture>,
 }
 
 /// The surface of a light, with one variant for each shape.

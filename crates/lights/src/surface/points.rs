@@ -5,7 +5,7 @@ use super::draw::Draw;
 use super::lines::along_cylinder;
 use super::texture::{EmissionTexture, TexturedPoints};
 use super::{LightPoint, Surface, Viewer};
-use crate::mixture::{DiskLobes, Lobes};
+use crate::mixture::{DiskLtc, Lobes};
 use crate::{
     AngularLines, AreaSampler, ChordMeasure, CylinderArea, CylinderLines, CylinderView, Disk,
     DiskArea, DiskChords, DiskCone, PointColumns, PointsOnLines, ProxySampler, SkyBy, SkyPoints,
@@ -13,7 +13,7 @@ use crate::{
 };
 use PointDensity as By;
 use linelit_geometry::{ConvexPolygon, DVec3, Frame};
-use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::ltc::LtcMixture;
 
 /// The density by which points of a light are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ pub enum PointSource<'t> {
     /// Points of a disk, nearly uniform in projected solid angle.
     DiskChords(DiskChords),
     /// Points of a disk, or of a sphere whose outline is this disk, by the LTCs of a reflection.
-    DiskLobes(DiskLobes),
+    DiskLtc(DiskLtc),
     /// Points of a cylinder, uniform by area.
     CylinderArea(CylinderArea),
     /// Points of a cylinder, on lines along it.
@@ -143,7 +143,7 @@ fn polygon<'t>(light: &'t ConvexPolygon, by: By, from: &Viewer<'_>) -> PointSour
             PointSource::Projected(PointsOnLines(lines))
         }
         By::Lobes => {
-            let nothing = TransformedCosines::new(Frame::from_normal(n), DVec3::ZERO);
+            let nothing = LtcMixture::new(Frame::from_normal(n), DVec3::ZERO);
             PointSource::Lobes(Lobes::new(light, x, from.cosines.unwrap_or(&nothing)))
         }
     }
@@ -165,7 +165,7 @@ fn sphere<'t>(light: &Sphere, by: By, from: &Viewer<'_>) -> PointSource<'t> {
         }
         By::Lobes => {
             let lobes = light.outline(x).and_then(|seen| disk_lobes(&seen, from));
-            lobes.map_or_else(by_angle, PointSource::DiskLobes)
+            lobes.map_or_else(by_angle, PointSource::DiskLtc)
         }
     }
 }
@@ -181,14 +181,14 @@ fn disk<'t>(light: &Disk, by: By, from: &Viewer<'_>) -> PointSource<'t> {
         By::ProjectedSolidAngle => {
             PointSource::DiskChords(DiskChords::new(light, 0.0, x, &[from.normal]))
         }
-        By::Lobes => disk_lobes(light, from).map_or_else(by_angle, PointSource::DiskLobes),
+        By::Lobes => disk_lobes(light, from).map_or_else(by_angle, PointSource::DiskLtc),
     }
 }
 
 /// Sets up the LTCs of the shading point's reflection over a disk, if points can be drawn by them.
-fn disk_lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLobes> {
+fn disk_lobes(disk: &Disk, from: &Viewer<'_>) -> Option<DiskLtc> {
     let cosines = from.cosines.filter(|cosines| !cosines.lobes().is_empty())?;
-    DiskLobes::new(disk, from.position, cosines)
+    DiskLtc::new(disk, from.position, cosines)
 }
 
 /// Sets up the points of a cylinder by a density.

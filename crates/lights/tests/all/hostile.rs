@@ -7,7 +7,7 @@ use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::linear::{
     ArcPoint, LineView, LinearSample, LinearSampler, LinearTechnique, LtcSampler, ProjectedLine,
-    SegmentLobes, ThinLine,
+    SegmentLtc, ThinLine,
 };
 use linelit_lights::{
     AngularLines, Area, AreaLight, AreaSampler, Cylinder, CylinderLight, Disk, DiskLight, Emission,
@@ -17,7 +17,7 @@ use linelit_lights::{
     Sphere, SphereLight, TextureAxis, TexturedLines, TexturedSampler, ThinSolidAngle,
     TransformedSampler, Width, sample_linear,
 };
-use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+use linelit_shading::ltc::{LtcLobe, LtcMixture};
 use linelit_testkit::public;
 use linelit_testkit::strategies::{
     hostile, hostile_direction, hostile_unit, hostile_vector, hostile_vectors,
@@ -432,11 +432,11 @@ proptest! {
             density(ltc.pdf(t))?;
             numbers(ltc.invert(t).map(|u| [u]))?;
         }
-        let mut cosines = TransformedCosines::new(Frame::from_normal(n), x);
+        let mut cosines = LtcMixture::new(Frame::from_normal(n), x);
         for (map, albedo) in [(matrix, p0.abs()), (matrix.inverse(), DVec3::ONE)] {
-            cosines.add(TransformedCosine { map, albedo });
+            cosines.add(LtcLobe { map, albedo });
         }
-        if let Some(lobes) = SegmentLobes::new(&light, x, n, &cosines) {
+        if let Some(lobes) = SegmentLtc::new(&light, x, n, &cosines) {
             prop_assert!(lobes.reflected.is_finite());
             sound(&lobes.sample(u))?;
             density(lobes.pdf(t))?;

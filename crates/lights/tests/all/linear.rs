@@ -2,10 +2,10 @@
 
 use linelit_geometry::{DMat3, DVec3, Frame, Segment};
 use linelit_lights::linear::{
-    LinearSample, LinearSampler, LinearTechnique, LtcSampler, SegmentLobes,
+    LinearSample, LinearSampler, LinearTechnique, LtcSampler, SegmentLtc,
 };
 use linelit_lights::{LinearPointTechnique, Pdf, ThinSolidAngle};
-use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+use linelit_shading::ltc::{LtcLobe, LtcMixture};
 use linelit_testkit::cases::rng;
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::laws::Technique;
@@ -425,16 +425,16 @@ fn lobes_follow_their_density() {
     const SAMPLES: u64 = 20_000;
     let case = &cases()[0];
     let frame = Frame::from_normal(case.n);
-    let mut cosines = TransformedCosines::new(frame, DVec3::ONE);
+    let mut cosines = LtcMixture::new(frame, DVec3::ONE);
     let mut want = DVec3::ZERO;
     for (width, albedo) in [(0.2, DVec3::X), (0.8, DVec3::new(0.1, 0.5, 0.0))] {
         let map = DMat3::from_cols(DVec3::X * width, DVec3::Y, DVec3::Z);
-        cosines.add(TransformedCosine { map, albedo });
+        cosines.add(LtcLobe { map, albedo });
         let map = DMat3::from_cols(frame.x, frame.y, frame.z) * map;
         let lobe = LtcSampler::new(&case.light, case.x, case.n, map).expect("visible");
         want += albedo * lobe.integral();
     }
-    let lobes = SegmentLobes::new(&case.light, case.x, case.n, &cosines).expect("visible");
+    let lobes = SegmentLtc::new(&case.light, case.x, case.n, &cosines).expect("visible");
     assert_eq!(lobes.reflected, want);
     let (mut observed, mut rng) = ([0_u64; 16], rng(24));
     for _ in 0..SAMPLES {

@@ -5,9 +5,9 @@ use super::surfaces::{SLACK, Scene, off};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame, Segment};
 use linelit_lights::{
     Cylinder, CylinderView, Disk, Mixture, RegionSampler, SolidAngleSampler, Sphere, Surface,
-    VisibleLobes, around_unit_circle,
+    VisiblePolygonLtc, around_unit_circle,
 };
-use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+use linelit_shading::ltc::{LtcLobe, LtcMixture};
 use linelit_testkit::cases::{cases, rng};
 use std::f64::consts::TAU;
 
@@ -131,11 +131,11 @@ fn lobes_on_a_part_see_all_of_it() {
     let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X * 2.0, DVec3::Y).expect("a quad");
     let x = DVec3::new(0.4, 0.3, 0.0);
     let frame = Frame::from_normal(DVec3::new(0.6, 0.0, 0.8));
-    let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.3));
+    let mut cosines = LtcMixture::new(frame, DVec3::splat(0.3));
     for width in [0.3, 0.6] {
         let map = DMat3::from_diagonal(DVec3::new(width, width, 1.0));
         let albedo = DVec3::splat(0.2);
-        cosines.add(TransformedCosine { map, albedo });
+        cosines.add(LtcLobe { map, albedo });
     }
     // What is beyond a line through two edges.
     let corners = [[0.25, 0.0], [1.0, 0.0], [1.0, 1.0], [0.75, 1.0]];
@@ -144,7 +144,8 @@ fn lobes_on_a_part_see_all_of_it() {
     let mut region = RegionSampler::default();
     let sides = (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]);
     region.set([DVec3::Z, DVec3::X * 2.0, DVec3::Y], sides);
-    let lobes: Mixture<_, _> = VisibleLobes::within(&region, &quad, x, &cosines, &[0.1, 0.2, 0.15]);
+    let lobes: Mixture<_, _> =
+        VisiblePolygonLtc::within(&region, &quad, x, &cosines, &[0.1, 0.2, 0.15]);
     let (count, mut drawn, mut sum, mut squares) = (100_000, 0, 0.0, 0.0);
     for _ in 0..count {
         let u = [rng.next_f64(), rng.next_f64()];

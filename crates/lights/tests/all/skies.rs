@@ -12,7 +12,7 @@ use crate::profiles::profiles;
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Frame};
 use linelit_lights::octahedral::{sphere_to_square, square_to_sphere};
 use linelit_lights::{
-    Beam, DistantLight, Light, LightPoint, LightSpace, NoTexture, PointDensity, PointLight,
+    DeltaSample, DistantLight, Light, LightPoint, LightSpace, NoTexture, PointDensity, PointLight,
     PointSample, PointSource, PointTechnique, Profile, Shape, Sky, SkyBy, SkyEmission, SkyError,
     SkyFilter, SkyImage, SkyMapping, SkyPoints, SkyView, SolidAngle, Sphere,
     Surface as LightSurface, Viewer,
@@ -547,7 +547,7 @@ fn beams_are_what_arrives() {
         intensity: DVec3::new(5.0, 10.0, 15.0),
         profile: None,
     };
-    let Beam {
+    let DeltaSample {
         to_light,
         direction,
         irradiance,

@@ -7,7 +7,7 @@ use linelit_lights::{
     Area, Cylinder, CylinderView, Disk, LightPoint, LineDensity, LineFamily, LineSetup, NoTexture,
     OffsetDensity, Pdf, PointColumns, PointDensity, PointSource, Sphere, Surface, Viewer,
 };
-use linelit_shading::ltc::{TransformedCosine, TransformedCosines};
+use linelit_shading::ltc::{LtcLobe, LtcMixture};
 use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::rng::SplitMix64;
 use linelit_testkit::strategies::{hostile, hostile_direction, hostile_unit, hostile_vectors};
@@ -42,7 +42,7 @@ pub(crate) struct Scene {
     pub disk: Disk,
     cylinder: CylinderView,
     pub x: DVec3,
-    cosines: TransformedCosines,
+    cosines: LtcMixture,
 }
 
 impl Scene {
@@ -58,12 +58,12 @@ impl Scene {
         let axis = to.cross(a).normalize() + to * rng.in_range(-0.7, 0.7);
         let axis = Segment::new(center, center + axis * radius);
         let frame = Frame::from_normal((n + to).normalize());
-        let mut cosines = TransformedCosines::new(frame, DVec3::splat(0.1));
+        let mut cosines = LtcMixture::new(frame, DVec3::splat(0.1));
         for _ in 0..rng.below(4) {
             let about = Frame::from_normal(DVec3::from(rng.unit_vector()));
             let map = DMat3::from_cols(about.x * rng.in_range(0.1, 1.0), about.y, about.z);
             let albedo = DVec3::splat(rng.next_f64());
-            cosines.add(TransformedCosine { map, albedo });
+            cosines.add(LtcLobe { map, albedo });
         }
         let sphere = Sphere { center, radius };
         Self {
@@ -83,7 +83,7 @@ impl Scene {
     }
 }
 
-pub(crate) fn viewer(position: DVec3, cosines: &TransformedCosines) -> Viewer<'_> {
+pub(crate) fn viewer(position: DVec3, cosines: &LtcMixture) -> Viewer<'_> {
     Viewer {
         position,
         normal: cosines.frame.z,
@@ -268,8 +268,8 @@ proptest! {
     ) {
         let [a, b, c, x, q] = places.map(DVec3::from);
         let [n, g, way] = directions.map(DVec3::from);
-        let mut cosines = TransformedCosines::new(Frame::from_normal(n), a);
-        cosines.add(TransformedCosine { map: DMat3::from_cols(b, c, q), albedo: a });
+        let mut cosines = LtcMixture::new(Frame::from_normal(n), a);
+        cosines.add(LtcLobe { map: DMat3::from_cols(b, c, q), albedo: a });
         let viewer = Viewer { position: x, normal: n, geometric_normal: g, cosines: knows.then_some(&cosines) };
         let setup = LineSetup { fraction, angle: fraction * PI, fixed: true, offset: OffsetDensity::Length };
         let (sphere, disk) = (Sphere { center: a, radius }, Disk { center: a, normal: g, radius });

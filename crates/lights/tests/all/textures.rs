@@ -8,7 +8,7 @@ use linelit_lights::{
     EmissionTexture, ImportanceImage, LineDensity, LineFamily, LineTechnique, PointDensity,
     PointSource, PointTechnique, Surface, TextureAxis, TexturedLines, TexturedSampler,
 };
-use linelit_shading::ltc::TransformedCosines;
+use linelit_shading::ltc::LtcMixture;
 use linelit_testkit::cases::{cases, rng};
 use linelit_testkit::chi2::{chi2_test, sidak};
 use linelit_testkit::rng::SplitMix64;
@@ -384,7 +384,7 @@ fn textures_obey() {
     let mut rng = rng(7);
     let quad = ConvexPolygon::parallelogram(DVec3::Z, DVec3::X * 2.0, DVec3::Y).expect("a quad");
     let half = quad.clip(DVec3::X * 0.8, DVec3::new(1.0, 0.5, 0.0));
-    let cosines = TransformedCosines::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
+    let cosines = LtcMixture::new(Frame::from_normal(DVec3::Z), DVec3::ZERO);
     let x = DVec3::new(0.3, 0.1, -0.5);
     let below = viewer(x, &cosines);
     for (light, fits) in [(quad, true), (half.expect("a part"), false)] {

@@ -8,7 +8,7 @@ use linelit_lights::{
     LinearLight, PointLight, Profile, ProfileKind, Sky, SkyEmission, Sphere, SphereLight,
 };
 use linelit_selection::{
-    Cosines, Discrete, Estimated, LightTree, can_contribute, diffuse, unshadowed,
+    Discrete, Estimated, LightTree, LtcReceiver, can_contribute, diffuse, unshadowed,
     unshadowed_at_center,
 };
 use linelit_testkit::chi2::{chi2_test, sidak};
@@ -220,7 +220,7 @@ fn closed_forms_are_near_the_light_of_points() {
     let lights = without_size();
     let mut rng = linelit_testkit::cases::rng(6);
     for (x, n) in receivers(50) {
-        let cosines = Cosines::new(&matte, x, n, n);
+        let cosines = LtcReceiver::new(&matte, x, n, n);
         let at = diffuse(x, n);
         for light in &lights[..5] {
             let count = 400;

@@ -7,7 +7,7 @@ use linelit_lights::Light;
 use linelit_selection::bsdf::microfacet::TrowbridgeReitz;
 use linelit_selection::bsdf::{Bsdf, Fresnel, Layers, Lobe, Reflector};
 use linelit_selection::{
-    Cosines, Estimated, LightTree, can_contribute, diffuse, reflecting, unshadowed,
+    Estimated, LightTree, LtcReceiver, can_contribute, diffuse, reflecting, unshadowed,
     unshadowed_at_center,
 };
 use linelit_testkit::assert_close;
@@ -35,7 +35,7 @@ fn estimates_are_frozen() {
     let (mut by_kind, mut by_choice) = ([[0.0; 3]; 5], [[0.0; 2]; 2]);
     for (x, n) in receivers(40) {
         let wo = (n + n.any_orthonormal_vector() * 0.7).normalize();
-        let cosines = Cosines::new(&bsdf, x, n, wo);
+        let cosines = LtcReceiver::new(&bsdf, x, n, wo);
         let points = reflecting(&bsdf, x, n, wo);
         let estimate = |light: &Light| unshadowed(light, &points, [0.3, 0.7]);
         for (i, light) in lights.iter().enumerate() {

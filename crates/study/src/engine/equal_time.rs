@@ -70,7 +70,7 @@ pub struct Contest<S> {
 
 /// The sums of one estimator at one number of samples while it is measured: the least time of each
 /// chunk, and the squared and relative squared errors.
-struct Lane<'a, S> {
+struct EntrySums<'a, S> {
     settings: &'a S,
     samples: u32,
     least: Vec<f64>,
@@ -93,7 +93,7 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
     let mut workspace = P::Workspace::default();
     let mut lanes = Vec::new();
     for (settings, samples) in &what.entries {
-        lanes.extend(samples.iter().map(|&samples| Lane {
+        lanes.extend(samples.iter().map(|&samples| EntrySums {
             settings,
             samples,
             least: vec![f64::INFINITY; problem.integrals().div_ceil(chunk(samples))],
@@ -145,7 +145,7 @@ fn chunk(samples: u32) -> usize {
 /// faster.
 fn run<P: Problem>(
     problem: &P,
-    lane: &mut Lane<'_, P::Settings>,
+    lane: &mut EntrySums<'_, P::Settings>,
     seed: u64,
     workspace: &mut P::Workspace,
 ) -> Vec<DVec3> {

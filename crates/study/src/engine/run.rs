@@ -156,7 +156,7 @@ pub(super) fn run_span<P: Problem>(
 }
 
 /// The estimates, time and work of some trials of all integrals of a span.
-struct Pass {
+struct TimedPass {
     /// The estimates `values[integral * trials + trial]`, of the last repetition.
     values: Vec<DVec3>,
     time: PassTime,
@@ -170,7 +170,7 @@ fn pass<P: Problem>(
     span: Span,
     trials: Range<u32>,
     repeats: u32,
-) -> Pass {
+) -> TimedPass {
     let wall = Instant::now();
     // Estimate the integrals chunk by chunk in parallel, each thread with its own clock.
     let chunks: Vec<_> = (0..span.count.div_ceil(CHUNK))
@@ -193,7 +193,7 @@ fn pass<P: Problem>(
         })
         .collect();
     // Join the chunks in order. Processor time is the sum over threads, wall time is measured once.
-    let mut pass = Pass {
+    let mut pass = TimedPass {
         values: Vec::with_capacity(span.count * trials.len()),
         time: PassTime {
             trials: f64::from(trials.end - trials.start) * f64::from(repeats),

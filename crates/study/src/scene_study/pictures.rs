@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 /// A picture with its name, cost and error.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Shown {
+pub(super) struct RenderedPicture {
     /// The name, a few words.
     pub(super) name: String,
     /// The number of light samples; 0 where the name states it.
@@ -56,13 +56,13 @@ const TIMED_SECONDS: f64 = 0.5;
 pub(super) const DUEL_SECONDS: f64 = 2.0 * TIMES as f64 * TIMED_SECONDS;
 
 /// The shading points, the study and the size of the pictures of a scene.
-struct Easel<'a> {
+struct PictureMaker<'a> {
     targets: &'a Targets<'a>,
     spec: &'a StudySpec,
     size: [u32; 2],
 }
 
-impl Easel<'_> {
+impl PictureMaker<'_> {
     /// Returns the settings of an estimator, with the first of the study's choices of lights.
     fn settings(&self, estimator: Estimator, sampler: SamplerKind) -> Settings {
         Settings {
@@ -102,7 +102,7 @@ impl Easel<'_> {
 
     /// Returns the true picture: by an estimator without noise if there is one, otherwise by many
     /// samples.
-    fn truth(&self, noiseless: Option<Settings>) -> Shown {
+    fn truth(&self, noiseless: Option<Settings>) -> RenderedPicture {
         if let Some(settings) = noiseless {
             return self.show(&self.run(settings, 1, 1), settings.estimator.to_string());
         }
@@ -112,7 +112,7 @@ impl Easel<'_> {
     }
 
     /// Returns the mean of the trials as a picture.
-    fn show(&self, run: &CellRun<Settings>, name: String) -> Shown {
+    fn show(&self, run: &CellRun<Settings>, name: String) -> RenderedPicture {
         let mut image = Image::new(self.size[0], self.size[1]);
         for (k, (pixel, _)) in self.targets.points.iter().enumerate() {
             let values = run.trials_of(k);
@@ -120,7 +120,7 @@ impl Easel<'_> {
             #[allow(clippy::cast_possible_truncation, reason = "the film is f32")]
             image.set(pixel[0], pixel[1], mean.to_array().map(|v| v as f32));
         }
-        Shown {
+        RenderedPicture {
             image,
             name,
             samples: 0,
@@ -137,9 +137,9 @@ pub(super) fn picture(
     targets: &Targets<'_>,
     reference: &Reference,
     settings: Settings,
-) -> Shown {
+) -> RenderedPicture {
     // Find the number of samples.
-    let easel = Easel {
+    let easel = PictureMaker {
         targets,
         spec,
         size: [gallery.width, gallery.height],
@@ -154,7 +154,7 @@ pub(super) fn picture(
     if gallery.samplers.len() > 1 {
         name = format!("{name}, {}", settings.sampler);
     }
-    Shown {
+    RenderedPicture {
         samples,
         mrse: score(&run, reference, targets.pixels).mrse,
         ..easel.show(&run, name)
@@ -169,14 +169,14 @@ pub(super) fn duel(
     rows: &[&ResultRow],
     scene: &SceneDescription,
     size: [u32; 2],
-) -> Option<Vec<Shown>> {
+) -> Option<Vec<RenderedPicture>> {
     // Choose the sampling pattern, and the best of either kind.
     let mut samplers = spec.samplers.iter();
     let stratified = samplers.find(|s| **s == SamplerKind::Stratified);
     let sampler = *stratified.or(spec.samplers.first())?;
     let best = |kind: &str| best(spec, rows, kind, sampler, wanted.samples);
     let renderer = Renderer::new(scene);
-    let easel = Easel {
+    let easel = PictureMaker {
         targets: &Targets::find(&renderer, &all_pixels(size[0], size[1])),
         spec,
         size,
@@ -203,7 +203,7 @@ pub(super) fn duel(
 ///
 /// # Errors
 /// [`FilmError`] if a picture has no pixels.
-pub(super) fn comparison(shown: &[Shown]) -> Result<Option<Comparison>, FilmError> {
+pub(super) fn comparison(shown: &[RenderedPicture]) -> Result<Option<Comparison>, FilmError> {
     let [left, right, truth] = shown else {
         return Ok(None);
     };

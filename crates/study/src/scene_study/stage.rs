@@ -32,7 +32,7 @@ pub(super) struct Built<'o> {
 }
 
 /// The integrals that are measured on a view, and the method of their reference.
-pub(super) struct Seen<'r> {
+pub(super) struct ViewIntegrals<'r> {
     pub(super) targets: Targets<'r>,
     truth: Truth<Settings>,
 }
@@ -46,7 +46,7 @@ pub struct Work<'w, 'r, 'o> {
     pub(super) views: &'w [View],
     opened: &'o [OnceLock<Opened>],
     built: &'r [OnceLock<Built<'o>>],
-    seen: &'w [OnceLock<Seen<'r>>],
+    seen: &'w [OnceLock<ViewIntegrals<'r>>],
     references: Vec<OnceLock<Reference>>,
     load: Load<'w>,
 }
@@ -141,7 +141,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
                 bail!("`{label}`: the camera sees nothing at the pixels of the study");
             }
             let truth = targets.truth(self.spec.spheres);
-            Ok(Seen { targets, truth })
+            Ok(ViewIntegrals { targets, truth })
         })?;
         Ok(Job {
             problem: &seen.targets,

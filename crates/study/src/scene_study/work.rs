@@ -1,7 +1,9 @@
 //! The units of a study of scenes: their list, the computation of each one, and how their parts
 //! become a record and its pictures.
 
-use super::pictures::{self, DUEL_SECONDS, Shown, TRUE_SAMPLES, TRUE_TRIALS, comparison, duel};
+use super::pictures::{
+    self, DUEL_SECONDS, RenderedPicture, TRUE_SAMPLES, TRUE_TRIALS, comparison, duel,
+};
 use super::spec::{Budget, Gallery, method};
 use super::stage::Work;
 use super::words::entry;
@@ -260,7 +262,7 @@ impl Work<'_, '_, '_> {
 
     /// Renders points and lines for the same time, if the study should have them and has measured
     /// both; otherwise the scene.
-    fn exhibit(&self, view: usize, results: &Results) -> Result<Vec<Shown>> {
+    fn exhibit(&self, view: usize, results: &Results) -> Result<Vec<RenderedPicture>> {
         let aspect = self.opened(view)?.aspect;
         // Render points and lines for the same time.
         if let Some(wanted) = &self.spec.duel {
@@ -277,7 +279,7 @@ impl Work<'_, '_, '_> {
         let window = Tile::whole(size[0], size[1]);
         let (renderer, settings) = (Renderer::new(&scene), Settings::default());
         let label = &self.view(view)?.label;
-        Ok(vec![Shown {
+        Ok(vec![RenderedPicture {
             name: format!("{label}: line-analytic, 16 stratified lines a point"),
             samples: settings.samples,
             seconds: f64::NAN,
@@ -365,11 +367,11 @@ fn add(
 }
 
 /// Decodes the pictures of a unit; a missing part has none.
-fn shown(bytes: Option<Vec<u8>>) -> Result<Vec<Shown>> {
+fn shown(bytes: Option<Vec<u8>>) -> Result<Vec<RenderedPicture>> {
     let Some(bytes) = bytes else {
         return Ok(Vec::new());
     };
-    let pictures: Vec<Shown> = from_bytes(&bytes)?;
+    let pictures: Vec<RenderedPicture> = from_bytes(&bytes)?;
     for Image { width, height, rgb } in pictures.iter().map(|p| &p.image) {
         let pixels = *width as usize * *height as usize;
         ensure!(rgb.len() == pixels, "a picture lacks pixels");
@@ -380,8 +382,8 @@ fn shown(bytes: Option<Vec<u8>>) -> Result<Vec<Shown>> {
 /// Adds pictures to what the report shows of a scene.
 fn show(
     label: &str,
-    exhibit: &[Shown],
-    gallery: &[Shown],
+    exhibit: &[RenderedPicture],
+    gallery: &[RenderedPicture],
     record: &mut StudyRecord,
     exhibits: &mut Exhibits,
 ) -> Result<(), FilmError> {

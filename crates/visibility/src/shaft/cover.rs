@@ -9,7 +9,7 @@ use crate::{
     bvh::Bvh,
     counters::Counters,
     node::{Child, Leaf, Node},
-    shaft::{bounds::ShaftBounds, project::FlatTriangles, seen::Look},
+    shaft::{bounds::ShaftBounds, project::FlatTriangles, seen::ShaftSearch},
     surfaces::{NONE, Surfaces},
     walk::{NearestFirst, Waiting, nearest_first},
 };
@@ -55,7 +55,7 @@ pub(crate) trait Cover<S: Simd> {
 
 /// The visitor of the walk: opens what the cover needs.
 struct FrontToBack<'a, 'b, S: Simd, C: Cover<S>> {
-    look: &'a mut Look<'b>,
+    look: &'a mut ShaftSearch<'b>,
     cover: &'a mut C,
     /// Fine surfaces whose triangles are left out, if any.
     without: Option<&'a Surfaces>,
@@ -132,7 +132,7 @@ impl<S: Simd, C: Cover<S>> NearestFirst<S> for FrontToBack<'_, '_, S, C> {
 #[inline(always)]
 pub(crate) fn take_in<S: Simd, C: Cover<S>>(
     s: S,
-    look: &mut Look<'_>,
+    look: &mut ShaftSearch<'_>,
     cover: &mut C,
     all: bool,
 ) -> bool {
@@ -151,7 +151,7 @@ pub(crate) fn take_in<S: Simd, C: Cover<S>>(
 pub(crate) fn front_to_back<S: Simd, C: Cover<S>>(
     s: S,
     bvh: &Bvh,
-    look: &mut Look<'_>,
+    look: &mut ShaftSearch<'_>,
     cover: &mut C,
     without: Option<&Surfaces>,
     waiting: &mut Waiting<C::Image>,

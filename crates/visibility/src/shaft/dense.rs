@@ -15,7 +15,7 @@ use crate::{
         cover::{Cover, Image as _, front_to_back, take_in},
         frame::LightFrame,
         project::FlatTriangles,
-        seen::Seen,
+        seen::ShaftState,
         sweep::LineScratch,
     },
     silhouettes::{
@@ -107,7 +107,7 @@ fn dense_kernel<S: Simd>(
     s: S,
     bvh: &Bvh,
     query: &DenseQuery,
-    seen: &mut Seen,
+    seen: &mut ShaftState,
     lines: &mut LineScratch,
     scratch: &mut DenseScratch,
     counters: &mut Counters,
@@ -169,5 +169,5 @@ fn dense_kernel<S: Simd>(
 
 dispatch! {
     /// [`dense_kernel`] on an instruction set.
-    pub(crate) fn dense = dense_kernel(bvh: &Bvh, query: &DenseQuery, seen: &mut Seen, lines: &mut LineScratch, scratch: &mut DenseScratch, counters: &mut Counters) -> Answered
+    pub(crate) fn dense = dense_kernel(bvh: &Bvh, query: &DenseQuery, seen: &mut ShaftState, lines: &mut LineScratch, scratch: &mut DenseScratch, counters: &mut Counters) -> Answered
 }

@@ -10,7 +10,7 @@ use crate::{
     node::{Child, DENSE, Leaf},
     shaft::{
         project,
-        seen::{Look, Seen},
+        seen::{ShaftSearch, ShaftState},
     },
 };
 use linelit_simd::{Simd, dispatch};
@@ -43,7 +43,13 @@ const FEW_IF_DENSE: usize = 48;
 
 /// Collects the triangles of a leaf that may be in the shaft.
 #[inline(always)]
-fn look_into<S: Simd>(s: S, look: &mut Look<'_>, leaf: &Leaf, child: Child, limit: usize) -> Found {
+fn look_into<S: Simd>(
+    s: S,
+    look: &mut ShaftSearch<'_>,
+    leaf: &Leaf,
+    child: Child,
+    limit: usize,
+) -> Found {
     let (maybe, around) = look.bounds.triangles(s, leaf);
     let maybe = maybe & child.mask();
     let around = maybe & around;
@@ -67,7 +73,7 @@ fn find_kernel<S: Simd>(
     s: S,
     bvh: &Bvh,
     exclude: (u32, u32),
-    seen: &mut Seen,
+    seen: &mut ShaftState,
     stack: &mut Vec<u32>,
     counters: &mut Counters,
 ) -> Found {
@@ -151,5 +157,5 @@ fn find_kernel<S: Simd>(
 
 dispatch! {
     /// [`find_kernel`] on an instruction set.
-    pub(crate) fn find = find_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, stack: &mut Vec<u32>, counters: &mut Counters) -> Found
+    pub(crate) fn find = find_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut ShaftState, stack: &mut Vec<u32>, counters: &mut Counters) -> Found
 }

@@ -27,7 +27,7 @@ use crate::{
         cover::{self, Cover, Image as _, ImageBounds, front_to_back},
         frame::LightFrame,
         project::FlatTriangles,
-        seen::Seen,
+        seen::ShaftState,
     },
     walk::Waiting,
 };
@@ -385,7 +385,7 @@ fn front_kernel<S: Simd, const FIRST: bool>(
     s: S,
     bvh: &Bvh,
     exclude: (u32, u32),
-    seen: &mut Seen,
+    seen: &mut ShaftState,
     scratch: &mut FrontScratch,
     counters: &mut Counters,
 ) -> bool {
@@ -417,5 +417,5 @@ fn front_kernel<S: Simd, const FIRST: bool>(
 
 dispatch! {
     /// [`front_kernel`] on an instruction set.
-    pub(crate) fn front<const FIRST: bool> = front_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, scratch: &mut FrontScratch, counters: &mut Counters) -> bool
+    pub(crate) fn front<const FIRST: bool> = front_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut ShaftState, scratch: &mut FrontScratch, counters: &mut Counters) -> bool
 }

@@ -16,7 +16,7 @@ use linelit_simd::Simd;
 
 /// A light as seen from a shading point, and the triangles stored for it.
 #[derive(Debug, Default)]
-pub(crate) struct Seen {
+pub(crate) struct ShaftState {
     /// The shading point, in world space.
     pub(crate) point: DVec3,
     /// The light of the latest query.
@@ -33,7 +33,7 @@ pub(crate) struct Seen {
 
 /// A search for triangles between a point and a light, with coordinates relative to the hierarchy's
 /// origin.
-pub(crate) struct Look<'a> {
+pub(crate) struct ShaftSearch<'a> {
     pub(crate) point: DVec3,
     pub(crate) frame: &'a LightFrame,
     pub(crate) bounds: ShaftBounds,
@@ -42,7 +42,7 @@ pub(crate) struct Look<'a> {
     backfaces: BackfaceFilter<'a>,
 }
 
-impl Seen {
+impl ShaftState {
     /// Begins a search from the shading point towards the light; or, if `few` are given by their
     /// frame and the box around them in the hierarchy's coordinates, towards a few lines on the
     /// light. `None` if there are no [bounds](ShaftBounds::new).
@@ -53,7 +53,7 @@ impl Seen {
         bvh: &'a Bvh,
         exclude: (u32, u32),
         few: Option<(&'a LightFrame, [DVec3; 2])>,
-    ) -> Option<Look<'a>> {
+    ) -> Option<ShaftSearch<'a>> {
         let Self {
             light,
             frame,
@@ -71,7 +71,7 @@ impl Seen {
         let (frame, around) = few.unwrap_or_else(|| (frame, whole()));
         let meshes = bvh.hierarchy.meshes();
         let margins = frame.margins;
-        Some(Look {
+        Some(ShaftSearch {
             point,
             frame,
             bounds: ShaftBounds::new(s, bvh.extent, point, around, frame, exclude)?,
@@ -82,8 +82,8 @@ impl Seen {
     }
 }
 
-impl Look<'_> {
-    /// Stores the triangles of a leaf in the mask `which` for [`Look::project`]. There must be
+impl ShaftSearch<'_> {
+    /// Stores the triangles of a leaf in the mask `which` for [`ShaftSearch::project`]. There must be
     /// capacity for eight more.
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(&mut self, s: S, child: Child, leaf: &Leaf, which: u8) {

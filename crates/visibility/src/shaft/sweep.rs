@@ -22,7 +22,7 @@ use crate::{
         block::{self, Ends, LineBlock, Lines},
         merge::{self, Pieces, Slots},
         project::{FlatBlock, FlatTriangles},
-        seen::Seen,
+        seen::ShaftState,
     },
 };
 use linelit_geometry::Segment;
@@ -108,7 +108,7 @@ impl LineScratch {
 #[inline(always)]
 fn sweep_kernel<S: Simd>(
     s: S,
-    seen: &Seen,
+    seen: &ShaftState,
     lines: &[Segment],
     first: usize,
     dense: bool,
@@ -221,7 +221,7 @@ fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
 
 dispatch! {
     /// [`sweep_kernel`] on an instruction set.
-    pub(crate) fn sweep = sweep_kernel(seen: &Seen, lines: &[Segment], first: usize, dense: bool, scratch: &mut LineScratch, out: &mut VisibleLines) -> usize
+    pub(crate) fn sweep = sweep_kernel(seen: &ShaftState, lines: &[Segment], first: usize, dense: bool, scratch: &mut LineScratch, out: &mut VisibleLines) -> usize
 }
 dispatch! {
     /// [`finish_kernel`] on an instruction set.

@@ -12,7 +12,7 @@ use crate::{
     shaft::{
         cover::Image as _,
         front::{self, Front, ROOM},
-        seen::Seen,
+        seen::ShaftState,
     },
     silhouettes::silhouette::{Lists, Search, Target},
 };
@@ -81,7 +81,7 @@ fn outline_kernel<S: Simd>(
     s: S,
     bvh: &Bvh,
     exclude: (u32, u32),
-    seen: &mut Seen,
+    seen: &mut ShaftState,
     front: &mut Front,
     scratch: &mut OutlineScratch,
     counters: &mut Counters,
@@ -116,5 +116,5 @@ fn outline_kernel<S: Simd>(
 
 dispatch! {
     /// [`outline_kernel`] on an instruction set.
-    pub(crate) fn outline = outline_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut Seen, front: &mut Front, scratch: &mut OutlineScratch, counters: &mut Counters) -> bool
+    pub(crate) fn outline = outline_kernel(bvh: &Bvh, exclude: (u32, u32), seen: &mut ShaftState, front: &mut Front, scratch: &mut OutlineScratch, counters: &mut Counters) -> bool
 }

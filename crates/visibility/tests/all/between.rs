@@ -4,7 +4,7 @@
 use crate::common::{InSpace, Mesh, NONE, ask, chord, closed, light, soup};
 use linelit_geometry::{DVec3, Segment};
 use linelit_testkit::rng::SplitMix64;
-use linelit_visibility::{Between, LightCorners, Occluders, Ray, Scratch};
+use linelit_visibility::{LightCorners, Occluders, Ray, Scratch, SpaceBetween};
 
 /// A simple binary hierarchy, in place of a caller's own: triangles in a leaf, or two halves, split
 /// along one axis after the other.
@@ -39,7 +39,7 @@ impl Boxed {
         Self { lo, hi, tree }
     }
 
-    fn find(&self, between: &Between, found: &mut Vec<[[f32; 3]; 3]>) {
+    fn find(&self, between: &SpaceBetween, found: &mut Vec<[[f32; 3]; 3]>) {
         if between.may_meet(self.lo, self.hi) {
             match &self.tree {
                 Tree::Leaf(triangle) => found.push(*triangle),
@@ -82,7 +82,7 @@ fn gathered_triangles_hide_the_same() {
         let lamp = light(&mut rng, corners, middle, 0.4);
         for _ in 0..8 {
             let x = centre + rng.direction() * rng.in_range(0.5, 3.0);
-            let between = Between::new(x, LightCorners::new(&lamp).unwrap());
+            let between = SpaceBetween::new(x, LightCorners::new(&lamp).unwrap());
             let mut found = Vec::new();
             mine.find(&between, &mut found);
             let few = &Occluders::from_triangles(found);
@@ -208,7 +208,7 @@ fn hostile_numbers_are_gathered() {
         let mut vector = || [(); 3].map(|()| awkward[rng.index(awkward.len())]);
         let lamp = [(); 3].map(|()| DVec3::from(vector().map(f64::from)));
         let x = vector();
-        let between = Between::new(x, &lamp);
+        let between = SpaceBetween::new(x, &lamp);
         let triangles: [_; 9] = std::array::from_fn(|_| [vector(), vector(), vector()]);
         let nothing = [f32::NAN; 3];
         assert!(between.may_meet(nothing, nothing));

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow, bail};
 use linelit_formats::assembly::{Source, ply};
 use linelit_formats::obj;
 use linelit_geometry::DVec3;
-use linelit_scenes::{Library, Place};
+use linelit_scenes::{Library, SceneLocation};
 use linelit_viewfactors::files::{self, Mesh};
 use linelit_viewfactors::{FacetError, Facets, Sides};
 use std::path::Path;
@@ -19,7 +19,7 @@ pub(super) fn read(library: &Library, name: &str) -> Result<Mesh> {
     let mesh = match reader(name) {
         None => triangles(library.load(name)?),
         Some(reader) => {
-            let Place::File(path) = Place::find(name)? else {
+            let SceneLocation::File(path) = SceneLocation::find(name)? else {
                 bail!("`{name}` is no file");
             };
             let source = Source::open(&path, &library.options)?;

@@ -8,7 +8,8 @@ use super::threads::{bar, pool, pool_of};
 use super::units::{check, refuse_picture_flags};
 use super::{converge, image};
 use crate::args::{
-    Again, ENDINGS, FactorArgs, MergeArgs, PlanViewFactorsArgs, UsageError, ViewFactorsArgs, given,
+    ENDINGS, FactorArgs, MergeArgs, PlanViewFactorsArgs, PlannedArguments, UsageError,
+    ViewFactorsArgs, given,
 };
 use crate::folder::OutputFolder;
 use crate::inputs::{self, Sources};
@@ -18,7 +19,7 @@ use crate::{interrupt, output::note};
 use anyhow::{Context as _, Result, bail};
 use clap::Parser as _;
 use linelit_geometry::stop;
-use linelit_plan::{BoxError, Folder, PlanError, Ran, Run, Task, Unit};
+use linelit_plan::{BoxError, Folder, PlanError, Run, RunCounts, Task, Unit};
 use linelit_study::engine::{from_bytes, to_bytes};
 use linelit_viewfactors::files::Mesh;
 use linelit_viewfactors::{Facets, Matrix, Plan, SparseRow};
@@ -163,7 +164,7 @@ pub(super) fn plan(args: &PlanViewFactorsArgs) -> Result<linelit_plan::Plan> {
         });
     }
     let settings = Settings {
-        viewfactors: given::<Again<FactorArgs>>()?,
+        viewfactors: given::<PlannedArguments<FactorArgs>>()?,
     };
     sources.plan(
         VIEWFACTORS,
@@ -198,7 +199,7 @@ impl Factors {
     /// Returns the facets of a plan.
     pub(super) fn open(folder: &Folder) -> Result<Self> {
         let settings: Settings = serde_json::from_str(&folder.plan().settings)?;
-        let again = Again::<FactorArgs>::try_parse_from(settings.viewfactors)?;
+        let again = PlannedArguments::<FactorArgs>::try_parse_from(settings.viewfactors)?;
         let mesh = inputs::open_by(folder, 0, &again.read, mesh::read)?;
         let name = folder.plan().inputs.first().map_or("", |input| &input.name);
         Self::new(name, mesh, &again.args)
@@ -251,7 +252,7 @@ impl Factors {
     }
 
     /// Computes the remaining units of a plan, one at a time on all threads.
-    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<Ran> {
+    pub(super) fn run(&self, folder: &Folder, options: &Run<'_>) -> Result<RunCounts> {
         let work = works(folder)?;
         let pool = pool_of(options.threads)?;
         let options = Run {
