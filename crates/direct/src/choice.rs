@@ -1,4 +1,5 @@
-//! One sample for all lights together (Shirley & Wang 1991, section 3).
+//! One light at random is chosen here for each sample of a shading point (Shirley & Wang 1991,
+//! section 3).
 
 use crate::workspace::Drawn;
 use crate::{Illumination, LightChoice, Luminaire, SampleNames, Settings, Workspace};
@@ -11,8 +12,8 @@ use linelit_selection::{
     unshadowed_at_center,
 };
 
-/// Chooses one of these lights for each sample of a shading point; `workspace.drawn` then holds
-/// each light that was chosen, once.
+/// Chooses one of these lights for each sample of a shading point. Afterwards `workspace.drawn` has
+/// each chosen light once, with its number of samples.
 pub(crate) fn draw(
     lights: &[Luminaire],
     illumination: &Illumination<'_>,
@@ -20,6 +21,7 @@ pub(crate) fn draw(
     names: SampleNames,
     workspace: &mut Workspace,
 ) {
+    // Set up the random numbers of the choice, and tables from weights.
     let (settings, tables) = (&illumination.settings, &illumination.lights.tables);
     let (x, n, wo) = (point.position, point.normal, point.outgoing);
     let numbers = Numbers::new(settings, names);
@@ -30,6 +32,7 @@ pub(crate) fn draw(
     };
     let Workspace { weights, drawn, .. } = workspace;
     drawn.clear();
+    // Choose by tables that are the same for all shading points, or by weights at this point.
     match settings.lights {
         LightChoice::All => {}
         LightChoice::Uniform => {
@@ -66,7 +69,7 @@ pub(crate) fn draw(
             numbers.pick(drawn, false, |u| table.as_ref()?.pick(u));
         }
     }
-    // Join the samples that picked the same light, in the order of the lights.
+    // Join the samples that chose the same light, in the order of the lights.
     drawn.sort_unstable_by_key(|d| d.light);
     drawn.dedup_by(|later, first| {
         let same = later.light == first.light;
@@ -75,15 +78,16 @@ pub(crate) fn draw(
     });
 }
 
-/// The random numbers that pick a light for each sample of a shading point.
+/// The random numbers by which a light is chosen for each sample of a shading point.
 struct Numbers {
     block: Block,
     count: u32,
     set: SampleSet,
-    /// Points on lights that the choice looks at: the same for all camera samples, so that these
-    /// pick by nearly the same probabilities.
+    /// The numbers of the points on lights that the choice considers. They are the same for all
+    /// camera samples of a pixel, so that these choose by nearly the same probabilities.
     positions: SampleSet,
-    /// The place of the numbers of this camera sample among those of the others, if any.
+    /// The offset of this camera sample's numbers, in [0, 1), if the pixel has several camera
+    /// samples whose numbers are spread evenly.
     turn: Option<f64>,
 }
 
@@ -104,21 +108,26 @@ impl Numbers {
         }
     }
 
+    /// The two random numbers of the point on a light that the choice considers.
     fn position(&self, light: usize) -> [f64; 2] {
         self.positions
             .get_2d(u32::try_from(light).unwrap_or(u32::MAX))
     }
 
-    /// Picks a light for each number. If all shading points pick `alike`, by the same
-    /// probabilities, the samples of camera samples that pick a light as often are blocks of a
-    /// pattern of their own.
+    /// Chooses a light for each random number.
+    ///
+    /// `alike` says that all shading points choose by the same probabilities. Then those camera
+    /// samples that choose a light equally often divide one pattern of that light among them.
     fn pick(&self, drawn: &mut Vec<Drawn>, alike: bool, pick: impl Fn(f64) -> Option<Picked>) {
         drawn.extend((0..self.count).filter_map(|i| {
+            // Choose a light by the number of this sample.
             let u = match self.turn {
                 None => self.set.get_1d(i),
                 Some(turn) => (f64::from(i) + turn) / f64::from(self.count),
             };
             let picked = pick(u)?;
+            // Find which camera samples choose this light equally often: the light's numbers are an
+            // interval, and its two ends decide.
             let block = match self.turn {
                 Some(turn) if alike => {
                     let before = u - picked.rest * picked.probability;

@@ -1,4 +1,4 @@
-//! From one shading point to its direct light.
+//! This module computes the direct light at one shading point.
 
 use crate::choice;
 use crate::{Luminaire, Luminaires, SampleNames, Settings, Workspace};
@@ -9,8 +9,7 @@ use linelit_visibility::Occluders;
 
 /// The occluders and the lights of a scene, and how its direct light is estimated.
 ///
-/// This is the one way from a shading point to its light: a call for one point and a picture both
-/// take it.
+/// Calls for single points and pictures both use this type.
 #[derive(Clone, Copy, Debug)]
 pub struct Illumination<'a> {
     /// The triangles that may hide lights.
@@ -22,25 +21,25 @@ pub struct Illumination<'a> {
 }
 
 impl Illumination<'_> {
-    /// The radiance that a point of a surface reflects to its viewer of the direct light of all
-    /// lights, W/(m² sr) by channel: unbiased, and a pure function of the arguments but for the
-    /// workspace.
+    /// Estimates the radiance that a surface point reflects to its viewer because of the direct
+    /// light of all lights, W/(m² sr) by channel. The estimate is unbiased, and a pure function of
+    /// all arguments but the workspace, which only has memory and counters.
     pub fn radiance(
         &self,
         point: &ShadingPoint,
         names: SampleNames,
         workspace: &mut Workspace,
     ) -> DVec3 {
-        // Counts are then a function of the arguments, as the radiance is.
+        // Forget cached occluders, so that the counts, too, depend on the arguments alone.
         workspace.buffers.scratch.forget_latest();
         workspace.buffers.counts.plan.points += 1;
-        // Skip points that reflect nothing.
+        // Skip points on black materials.
         let Settings { skip, samples, .. } = self.settings;
         if skip && point.bsdf.is_black() {
             workspace.buffers.counts.plan.black_materials += 1;
             return DVec3::ZERO;
         }
-        // Add the lights that are sampled for themselves, without groups of them that face away or
+        // Add the lights that are always sampled; leave out whole groups of them that face away or
         // are below a horizon.
         let (apart, union) = self.lights.split(self.settings.lights);
         let mut sum = DVec3::ZERO;
@@ -55,7 +54,8 @@ impl Illumination<'_> {
                 let normals = [point.geometric_normal, point.normal];
                 let mut left_out = apart.len();
                 for range in groups.lighting(point.position, normals) {
-                    // Groups are of all lights, of which the first are apart.
+                    // Groups are ranges of all lights, and the lights that are always sampled come
+                    // first.
                     let lights = &apart[range.start.min(apart.len())..range.end.min(apart.len())];
                     left_out -= lights.len();
                     add(lights, workspace);
@@ -68,7 +68,8 @@ impl Illumination<'_> {
         if union.is_empty() {
             return sum;
         }
-        // Choose one of the others for each sample, and weight by the probability of the choice.
+        // Choose one of the other lights for each sample, and divide by the probability of the
+        // choice.
         choice::draw(union, self, point, names, workspace);
         let all = f64::from(samples.max(1));
         for k in 0..workspace.drawn.len() {
@@ -84,7 +85,7 @@ impl Illumination<'_> {
         sum
     }
 
-    /// The radiance that one light sends by way of the point to the viewer.
+    /// The radiance that one light causes to be reflected at the point to the viewer.
     #[inline]
     fn one_light(
         &self,
@@ -100,7 +101,7 @@ impl Illumination<'_> {
         if settings.skip && !source.reaches(point, &mut buffers.counts.plan) {
             return DVec3::ZERO;
         }
-        // Estimate the light by random numbers of its own.
+        // Estimate the light with random numbers that no other light has.
         let numbers = RandomNumbers {
             sampler: settings.sampler,
             seed: settings.seed,

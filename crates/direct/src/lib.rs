@@ -1,4 +1,5 @@
-//! The direct light at one point of a scene: of all its lights, or of some chosen at random.
+//! This crate computes the direct light at one point of a scene, from all its lights or from some
+//! that are chosen at random. Begin at [`Illumination`].
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -24,7 +25,7 @@ pub use settings::{LightChoice, SampleNames, Settings};
 pub use visible::Unknown;
 pub use workspace::{Counts, Workspace};
 
-// The crates whose types stand in public signatures, so that one dependency is enough.
+// The crates whose types occur in public signatures, so that one dependency is enough.
 pub use {
     linelit_bsdf as bsdf, linelit_estimators as estimators, linelit_geometry as geometry,
     linelit_lights as lights, linelit_samplers as samplers, linelit_visibility as visibility,

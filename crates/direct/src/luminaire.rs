@@ -1,4 +1,4 @@
-//! A light as it is placed in a scene.
+//! A luminaire is a light in a scene, with everything that an estimate needs to know about it.
 
 use crate::own_triangles::own_triangles;
 use linelit_estimators::{EmissionTexture, Estimator, LightSource, OcclusionStats};
@@ -8,42 +8,43 @@ use linelit_visibility::Occluders;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A light as it is placed in a scene: its shape and emission, the triangles that it is made of,
-/// and the statistics by which methods are chosen for it.
+/// A light in a scene: its shape and emission, the triangles that it consists of, and the
+/// statistics by which methods are chosen for it.
 #[derive(Clone, Debug)]
 pub struct Luminaire {
-    /// Its number in the scene, which names its random numbers.
+    /// Its number in the scene, which selects its random numbers.
     pub index: u32,
-    /// The shape and the emission.
+    /// Its shape and its emission.
     pub light: Arc<Light>,
-    /// The light's own triangles among the occluders, which never hide it; empty if it has none.
+    /// The light's own triangles among the occluders. They never hide it. The range is empty if it
+    /// has none.
     pub triangles: Range<u32>,
-    /// The emission of a polygon by position, if it is not the same everywhere.
+    /// The emission of a polygon by position; `None` if it is the same everywhere.
     pub texture: Option<Texture>,
-    /// The factor of the emission of a polygon, a disk, a sphere or a cylinder by direction.
+    /// The factor of the emission by direction, for a polygon, a disk, a sphere or a cylinder.
     pub profile: Option<Arc<Profile>>,
-    /// The estimator of this light, if it has one of its own.
+    /// The estimator for this light; `None` if it has the estimator of the settings.
     pub estimator: Option<Estimator>,
-    /// Whether it is sampled for itself, with all samples, where one of the other lights is chosen
-    /// for each sample.
+    /// Whether this light always gets all samples, even if one of the other lights is chosen at
+    /// random for each sample ([`LightChoice`](crate::LightChoice)).
     pub is_apart: bool,
-    /// The distances from point and light within which an occluder hides nothing.
+    /// The distances from the point and from the light within which occluders hide nothing.
     pub margins: Margins,
-    /// Statistics of its occlusion, by which `hybrid` chooses ([`probe`](crate::probe)).
+    /// Statistics of its occlusion, by which `hybrid` chooses a method ([`probe`](crate::probe)).
     pub occlusion: OcclusionStats,
 }
 
-/// The emission of a polygon by position, shared.
+/// The emission of a polygon by position, which copies of a light share.
 #[derive(Clone, Debug)]
 pub struct Texture(Arc<dyn SharedTexture>);
 
-/// An emission by position that threads can share.
+/// An emission by position that may be shared between threads.
 trait SharedTexture: EmissionTexture + Send + Sync + std::fmt::Debug {}
 
 impl<T: EmissionTexture + Send + Sync + std::fmt::Debug> SharedTexture for T {}
 
 impl Texture {
-    /// Shares an emission by position.
+    /// Wraps an emission by position so that it can be shared.
     pub fn new(texture: impl EmissionTexture + Send + Sync + std::fmt::Debug + 'static) -> Self {
         Self(Arc::new(texture))
     }
@@ -68,8 +69,7 @@ impl EmissionTexture for Texture {
 }
 
 impl Luminaire {
-    /// A light that has no triangles among the occluders, with the margins
-    /// [`Margins::DEFAULT`].
+    /// A light without triangles among the occluders, and with the margins [`Margins::DEFAULT`].
     #[must_use]
     pub fn new(index: u32, light: Arc<Light>) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl Luminaire {
         }
     }
 
-    /// The light as estimators take it.
+    /// The light in the form that estimators take.
     #[must_use]
     pub fn source(&self) -> LightSource<'_, Texture> {
         LightSource {
@@ -97,9 +97,10 @@ impl Luminaire {
         }
     }
 
-    /// Sets the margins that the light needs among these occluders: narrow ones where all
-    /// triangles in its plane are known to be its own. A polygon or a disk without triangles gets
-    /// those that lie in it, if their numbers follow each other.
+    /// Sets the margins that the light needs among these occluders. They are narrow if all
+    /// triangles in the light's plane are known to be its own. If no triangles have been given for
+    /// a polygon or a disk, the triangles within it become its own, provided that their numbers are
+    /// consecutive.
     pub fn find_own_triangles(&mut self, occluders: &Occluders) {
         let flat = match &*self.light {
             Light::Area(area) => Some(area.polygon),
@@ -113,14 +114,14 @@ impl Luminaire {
         }
     }
 
-    /// Whether the light's shape has a normal that a profile can be about.
+    /// Returns whether the light's shape has a normal, about which a profile can be defined.
     #[must_use]
     pub fn takes_profile(&self) -> bool {
         self.light.normal(DVec3::ZERO).is_some()
     }
 
-    /// Whether [`Estimator::exact`] gives the light's irradiance without noise: of polygons that
-    /// emit alike everywhere, and of lights without an area.
+    /// Returns whether [`Estimator::exact`] gives the light's irradiance without noise. This is so
+    /// for polygons with the same emission everywhere, and for lights without an area.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         use Light::{Area, Distant, Linear, Point};

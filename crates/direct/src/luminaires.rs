@@ -1,37 +1,40 @@
-//! The lights of a scene together, and the tables by which some of them are chosen.
+//! This module has all lights of a scene, and the tables by which one of them is chosen at random.
 
 use crate::{LightChoice, Luminaire};
 use linelit_selection::{Discrete, LightRanges, LightTree};
 use std::sync::OnceLock;
 
-/// The lights of a scene, and the tables by which one is chosen for a sample.
+/// All lights of a scene, and the tables by which one of them is chosen for a sample.
 #[derive(Clone, Debug, Default)]
 pub struct Luminaires {
-    /// The lights; those that are sampled for themselves come first, each in the order of indices.
+    /// The lights. Those that are always sampled come first; both parts are in the order of
+    /// indices.
     lights: Vec<Luminaire>,
-    /// More than all indices: light i of the shading point p on a path has the random numbers of
-    /// the pair p · indices + i.
+    /// A number that is greater than all indices. Light i has, at the shading point p of a path,
+    /// the random numbers of the pair p · indices + i.
     pub(crate) indices: u32,
     pub(crate) tables: Tables,
 }
 
-/// Lights from this number on are left out in groups; of fewer, each is looked at.
+/// The number of lights from which on groups of lights are left out at once. Fewer lights are
+/// considered one by one.
 const MANY: usize = 8;
 
-/// Tables for choosing among lights that are the same for all shading points; each is built when it
-/// is first needed.
+/// The tables for choosing among lights that are the same for all shading points. Each is built
+/// when it is first needed.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tables {
     pub uniform: OnceLock<Option<Discrete>>,
     pub power: OnceLock<Option<Discrete>>,
     pub tree: OnceLock<LightTree>,
-    /// Groups of the lights, by which a point leaves out many at once.
+    /// Groups of lights, with which a point can leave out many lights at once.
     pub groups: OnceLock<LightRanges>,
 }
 
 impl Luminaires {
-    /// The lights of a scene. `indices` is more than all of their indices ([`Luminaire::index`]),
-    /// or is taken as the least such number; lights that emit nothing may have some of them.
+    /// Collects the lights of a scene. `indices` should be greater than all of their indices
+    /// ([`Luminaire::index`]); if it is not, the least such number is used. Some indices may belong
+    /// to lights that emit nothing and are not in the list.
     #[must_use]
     pub fn new(lights: Vec<Luminaire>, indices: u32) -> Self {
         let last = lights.iter().map(|light| light.index).max();
@@ -45,13 +48,13 @@ impl Luminaires {
         all
     }
 
-    /// The lights.
+    /// All lights; those that are always sampled come first.
     #[must_use]
     pub fn as_slice(&self) -> &[Luminaire] {
         &self.lights
     }
 
-    /// Changes the light of an index; returns whether there is one.
+    /// Changes the light with an index. Returns whether there is such a light.
     pub fn change(&mut self, index: u32, change: impl FnOnce(&mut Luminaire)) -> bool {
         let found = self.lights.iter_mut().find(|light| light.index == index);
         let exists = found.map(change).is_some();
@@ -59,7 +62,7 @@ impl Luminaires {
         exists
     }
 
-    /// The lights that are sampled for themselves, and those of which one is chosen.
+    /// Splits the lights into those that are always sampled and those of which one is chosen.
     pub(crate) fn split(&self, choice: LightChoice) -> (&[Luminaire], &[Luminaire]) {
         match choice {
             LightChoice::All => (&self.lights, &[]),
@@ -67,15 +70,15 @@ impl Luminaires {
         }
     }
 
-    /// Groups of all lights, by which a point leaves out many at once; `None` where the `count` of
-    /// those that it samples is small, and each is looked at.
+    /// Groups of all lights, with which a point can leave out many lights at once; `None` if the
+    /// `count` of lights to sample is so small that they are considered one by one.
     pub(crate) fn groups(&self, count: usize) -> Option<&LightRanges> {
         let lights = || self.lights.iter().map(|light| &*light.light);
         let groups = || LightRanges::new(lights());
         (count >= MANY).then(|| self.tables.groups.get_or_init(groups))
     }
 
-    /// Puts the lights in order, with new tables.
+    /// Sorts the lights, and discards the tables.
     fn sort(&mut self) {
         self.lights
             .sort_by_key(|light| (!light.is_apart, light.index));

@@ -1,36 +1,40 @@
-//! Triangles in the plane of a flat light: its own, and those that it is mounted in.
+//! This module finds the triangles in the plane of a flat light: the light's own, and those of a
+//! surface that it is mounted in.
 //!
 //! A lamp is often a part of the mesh, or lies in a ceiling. Vertices are rounded to `f32`, so that
-//! such a triangle may be in front of the light by a rounding and hide all of it. Its own triangles
-//! are found here and excluded; where others are that close, the margin near the light is wide.
-//! Elsewhere it is narrow, and what touches the light hides it up to where it touches.
+//! such a triangle may be in front of the light by a rounding error and hide all of it. The light's
+//! own triangles are found here, and then excluded from its occluders. If other triangles are that
+//! close to its plane, the margin near the light is made wide, and they hide nothing. Otherwise it
+//! is narrow, and an object that touches the light hides it up to where they touch.
 
 use linelit_geometry::{ConvexPolygon, DVec3, Margins, Triangle};
 use linelit_visibility::Occluders;
 use std::ops::Range;
 
-/// The rounding of heights by that of vertices to `f32`, relative to their largest coordinate: √3
-/// times 2⁻²⁴ for a triangle's corner, as much for a corner of the light, and rounded up.
+/// The error of heights above a plane that comes from rounding vertices to `f32`, relative to their
+/// largest coordinate: √3 times 2⁻²⁴ for a corner of the triangle, as much for a corner of the
+/// light, and rounded up.
 const ROUNDING: f64 = 4.0 / (1 << 24) as f64;
 
-/// The rounding of heights in `f64`, relative to the largest coordinate: some ten operations on two
-/// corners and a normal of unit length, with a factor of three to spare.
+/// The rounding error of heights in `f64`, relative to the largest coordinate: some ten operations
+/// on two corners and a unit normal, with a safety factor of three.
 const EXACT: f64 = 64.0 * f64::EPSILON;
 
-/// The part of the smaller area that two polygons have in common if they overlap by more than
-/// rounding: clipping leaves slivers of neighbours as wide as the rounding, which is far less than
-/// a thousandth of any light's width that `f32` resolves.
+/// Two polygons overlap by more than rounding if they have more than this fraction of the smaller
+/// area in common. Clipping leaves slivers of neighbours that are as wide as the rounding, which is
+/// far less than a thousandth of any light's width that `f32` resolves.
 const OVERLAP: f64 = 1e-3;
 
-/// The triangles of a flat light among the occluders, and the margins that it needs: `own` if that
-/// names any, else the triangles that lie in the light if their numbers follow each other.
+/// Returns the own triangles of a flat light, and the margins that it needs. Its own triangles are
+/// `own`, unless that is empty; then they are the triangles within the light, if their numbers are
+/// consecutive.
 pub(crate) fn own_triangles(
     occluders: &Occluders,
     light: &ConvexPolygon,
     own: Range<u32>,
 ) -> (Range<u32>, Margins) {
-    // Find the distances that are rounding. Vertices that were given as `f32` were rounded by the
-    // caller, relative to zero; others here, relative to the origin.
+    // Find which distances are within rounding. If vertices were given as `f32`, the caller has
+    // rounded them, relative to zero; otherwise they were rounded here, relative to the origin.
     let (corners, n) = (light.vertices(), light.normal());
     let base = match occluders.rounding().displacement > 0.0 {
         true => occluders.origin(),
@@ -43,7 +47,7 @@ pub(crate) fn own_triangles(
     let of_light = largest(corners, base);
     let rounding_of = |points: &[DVec3]| ROUNDING * of_light.max(largest(points, base));
     let exact = EXACT * largest(corners, DVec3::ZERO);
-    // Look at the triangles whose boxes meet the light and its plane.
+    // Test the triangles whose boxes overlap the box of the light and its plane.
     let (low, high) = corners
         .iter()
         .fold((corners[0], corners[0]), |(low, high), p| {
@@ -69,7 +73,7 @@ pub(crate) fn own_triangles(
         }
         false
     });
-    // Take those that lie in the light for its own.
+    // Take the triangles within the light as its own.
     inside.sort_unstable();
     inside.dedup();
     let own = match (inside.first(), inside.last()) {
@@ -80,6 +84,7 @@ pub(crate) fn own_triangles(
         }
         _ => own,
     };
+    // Widen the margin if other triangles are so close to the plane.
     let margins = match close.iter().all(|number| own.contains(number)) {
         true => Margins::ROUNDING,
         false => Margins::DEFAULT,
@@ -89,14 +94,15 @@ pub(crate) fn own_triangles(
 
 /// A triangle that lies on a light, up to the rounding of its corners.
 struct Coplanar {
-    /// Whether no corner is outside of the light.
+    /// Whether no corner is outside the light.
     is_inside: bool,
-    /// The largest distance from the light's plane of the part over the light.
+    /// The largest distance from the light's plane of the part that overlaps the light.
     height: f64,
 }
 
 impl Coplanar {
-    /// `None` where the part of the triangle over the light is rounding, or leaves its plane.
+    /// Clips a triangle to the prism over a light. `None` if what remains is within rounding, or is
+    /// farther from the light's plane than that.
     fn of(triangle: &Triangle, light: &ConvexPolygon, rounding: f64) -> Option<Self> {
         let (corners, n) = (light.vertices(), light.normal());
         let height = |p: &DVec3| n.dot(*p - corners[0]).abs();
@@ -106,7 +112,7 @@ impl Coplanar {
             triangle.vertices[2],
         )
         .ok()?;
-        // Cut off the parts outside each edge of the light.
+        // Clip the triangle to the planes through the light's edges.
         let mut over = whole;
         let mut is_inside = true;
         for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
@@ -117,7 +123,7 @@ impl Coplanar {
                 .all(|p| inwards.dot(*p - *a) >= -rounding);
             over = over.clip(*a, inwards)?;
         }
-        // Take what is left if it is more than rounding, and no higher than that.
+        // Accept what remains if its area is more than rounding and its height is not.
         let highest = over.vertices().iter().map(height).fold(0.0, f64::max);
         let overlaps = over.area() > OVERLAP * whole.area().min(light.area());
         (overlaps && highest <= rounding).then_some(Self {

@@ -1,4 +1,5 @@
-//! Looks at lights beforehand, from some points of the scene: how much hides them.
+//! Lights are probed here before the first estimate: points of the scene measure how much is
+//! between them and each light.
 
 use crate::{Luminaire, Workspace};
 use linelit_estimators::ShadingPoint;
@@ -8,17 +9,20 @@ use linelit_lights::Light;
 use linelit_samplers::{Sampler, SamplerKind};
 use linelit_visibility::Occluders;
 
-/// The most lights that are looked at.
+/// The most lights that are probed; the others have default statistics.
 const MOST_LIGHTS: usize = 16;
 
-/// The numbers of points that [`probe`] is meant for: those from which the occlusion of each light
-/// is measured, and those for the direction of lines, which is known from penumbrae alone.
+/// The numbers of points that [`probe`] is designed for: first for the occlusion of each light,
+/// then for the direction of lines. The latter needs more points, because only points in penumbrae
+/// contribute to it.
 pub const PROBES: [u32; 2] = [64, 256];
 
-/// Measures how the polygons among the first lights are hidden from some points, by which `hybrid`
-/// chooses its method and lines take their direction: from the first points how much hides them,
-/// from the second the direction of lines. Statistics of the other lights are those of
-/// [`OcclusionStats::FEW`]. Estimates keep their mean, whatever the points are.
+/// Measures how occluders hide the polygons among the first lights, as seen from some points.
+/// `hybrid` chooses its method by this, and lines take their direction from it.
+///
+/// The first points measure how much is hidden, and the second points measure the direction of
+/// lines. Lights that are not probed have the statistics [`OcclusionStats::FEW`]. The mean of
+/// estimates does not depend on the points.
 pub fn probe(
     occluders: &Occluders,
     lights: &mut [Luminaire],
@@ -26,11 +30,11 @@ pub fn probe(
     workspace: &mut Workspace,
 ) {
     let (estimator, buffers) = (Estimator::hybrid(), &mut workspace.buffers);
-    // Forget what was found from other points.
+    // Reset the statistics of an earlier probe.
     for light in &mut *lights {
         light.occlusion = OcclusionStats::FEW;
     }
-    // Look at each of the first polygons from each point that it can light.
+    // Probe each of the first polygons from each point that it can reach.
     for light in lights.iter_mut().take(MOST_LIGHTS) {
         let Light::Area(area) = &*light.light else {
             continue;
@@ -54,15 +58,15 @@ pub fn probe(
     }
 }
 
-/// Points spread evenly over the area of triangles, with normals of any length, `count` on each of
-/// both sides: light may come from either.
+/// Places points evenly over the area of triangles. Returns pairs of a point and a normal of any
+/// length: `count` points for each of the two sides, since light may come from either.
 #[must_use]
 pub fn points_on(
     corners: impl Fn(&[u32; 3]) -> [DVec3; 3],
     triangles: &[[u32; 3]],
     count: u32,
 ) -> Vec<[DVec3; 2]> {
-    // Sum the areas.
+    // Add up the areas of the triangles.
     let area = |t: &[u32; 3]| {
         let [a, b, c] = corners(t);
         0.5 * (b - a).cross(c - a).length()

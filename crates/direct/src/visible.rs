@@ -1,4 +1,4 @@
-//! The visible parts of a light from a point: how much of it, and which polygons.
+//! This module finds the visible part of a light from a point, as a fraction or as polygons.
 
 use crate::{Luminaire, Workspace};
 use linelit_estimators::{Measure, is_clear};
@@ -8,13 +8,13 @@ use linelit_shading::cylinder;
 use linelit_visibility::{LightCorners, Occluders, ShaftQuery};
 use std::fmt;
 
-/// The reason why the visible part of a light has no exact answer.
+/// The reason why the visible part of a light cannot be given exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// There is none for lights of this shape, or not by this measure.
+    /// It cannot be found for lights of this shape, or not by this measure.
     Shape,
     /// A triangle reaches into a sphere on the side that the point sees, so that the visible part
-    /// is no part of the disk of its outline.
+    /// is not a part of the disk of its outline.
     Pierced,
 }
 
@@ -30,12 +30,13 @@ impl fmt::Display for Unknown {
 impl std::error::Error for Unknown {}
 
 impl Luminaire {
-    /// The fraction of the light that a point sees past the occluders, between 0 and 1, by a
-    /// measure whose normal, if it has one, is of unit length. NaN where the whole light measures
-    /// zero. A sphere is seen as the disk of its outline.
+    /// The fraction of the light that a point sees past the occluders, between 0 and 1. If the
+    /// measure has a normal, it must be a unit vector. NaN if the measure of the whole light is
+    /// zero. A sphere counts as the disk of its outline.
     ///
     /// # Errors
-    /// Cylinders, skies and the solid angle of a line; spheres that a triangle reaches into.
+    /// Returns [`Unknown`] for cylinders, for skies, for the solid angle of a line, and for spheres
+    /// that a triangle reaches into.
     pub fn visible_fraction(
         &self,
         occluders: &Occluders,
@@ -58,7 +59,7 @@ impl Luminaire {
             (Light::Linear(line), Measure::Area | Measure::Cosine(_)) => {
                 Ok(self.fraction_of_line(occluders, point, &line.segment, measure, workspace))
             }
-            // Send one ray to lights without size, as if they shone alike in all directions.
+            // Send one shadow ray to a delta light, as if it emitted equally in all directions.
             (Light::Point(light), _) => {
                 let even = PointLight {
                     intensity: DVec3::ONE,
@@ -78,11 +79,12 @@ impl Luminaire {
         }
     }
 
-    /// The visible part of a polygon, a disk or a sphere as rings of corners: those around it run
-    /// counter-clockwise as the point sees them, those around holes clockwise.
+    /// The visible part of a polygon, a disk or a sphere, as rings of corners. As the point sees
+    /// them, rings around the visible part run counter-clockwise and rings around holes clockwise.
     ///
     /// # Errors
-    /// Lights of other shapes; spheres that a triangle reaches into.
+    /// Returns [`Unknown`] for lights of other shapes, and for spheres that a triangle reaches
+    /// into.
     pub fn visible_rings(
         &self,
         occluders: &Occluders,
@@ -111,7 +113,7 @@ impl Luminaire {
         point: DVec3,
         workspace: &mut Workspace,
     ) -> Result<(), Unknown> {
-        // Take a sphere as the disk of its outline; from inside there is none.
+        // Replace a sphere by the disk of its outline, which does not exist from inside.
         let disk: Option<Disk> = match &*self.light {
             Light::Disk(light) => Some(light.disk),
             Light::Sphere(light) => light.sphere.outline(point),
@@ -148,10 +150,10 @@ impl Luminaire {
         let mut shaft = occluders.shaft(query, &mut workspace.buffers.scratch);
         shaft.visible(&[*line], &mut workspace.lines);
         let Measure::Cosine(n) = measure else {
-            // The sum of no pieces is zero, not minus zero.
+            // Adding zero turns the minus zero of an empty sum into zero.
             return workspace.lines.fraction(0) + 0.0;
         };
-        // Add their irradiance, relative to the irradiance of the whole line.
+        // Add up their irradiance, relative to the irradiance of the whole line.
         let along = |lo: f64, hi: f64| {
             let piece = line.piece(lo, hi).relative_to(point);
             cylinder::irradiance(piece.p0, piece.p1, n)
@@ -165,7 +167,7 @@ impl Luminaire {
         }
     }
 
-    /// The visible fraction of a light without size: 0 or 1; NaN for a point on it.
+    /// The visible fraction of a delta light, which is 0 or 1; NaN for a point at its position.
     fn fraction_of_beam(
         &self,
         occluders: &Occluders,

@@ -1,54 +1,54 @@
-//! The memory and the counters of one thread.
+//! A workspace has the memory and the counters of one thread.
 
 use linelit_estimators::{Buffers, PlanCounters, SegmentCounters, VisibleDisk, VisibleRegion};
 use linelit_samplers::Block;
 use linelit_visibility::{Counters, VisibleLines};
 use std::ops::AddAssign;
 
-/// Memory that is used again from point to point, and counters; one for each thread. No answer
-/// depends on those before it.
+/// Memory that is reused from point to point, and counters. Each thread needs its own. No result
+/// depends on the results before it.
 #[derive(Debug, Default)]
 pub struct Workspace {
     /// The memory of estimators and of visibility queries, with their counters.
     pub buffers: Buffers,
-    /// The visible parts of lines.
+    /// The visible parts of lines that were queried last.
     pub lines: VisibleLines,
     pub(crate) region: VisibleRegion,
     pub(crate) disk: VisibleDisk,
-    /// The lights that the samples of a shading point have picked.
+    /// The lights that the samples of a shading point have chosen.
     pub(crate) drawn: Vec<Drawn>,
-    /// The weights by which they are picked.
+    /// The weights by which lights are chosen.
     pub(crate) weights: Vec<f64>,
 }
 
-/// A light that some of the samples have picked.
+/// A light that some of the samples have chosen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drawn {
-    /// Index into the lights that one is picked from.
+    /// Its index among the lights that were chosen from.
     pub light: usize,
-    /// The number of the shading point's samples that picked this light.
+    /// The number of the shading point's samples that chose it.
     pub count: u32,
-    /// The probability αᵢ with which a sample picks this light (Shirley & Wang 1991).
+    /// The probability αᵢ with which a sample chooses it (Shirley & Wang 1991).
     pub probability: f64,
-    /// The part of the light's pattern that these samples take.
+    /// The part of the light's pattern that belongs to these samples.
     pub block: Block,
 }
 
-/// All counters of a thread.
+/// All counters of one thread.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// Pairs of points and lights, by the work that was skipped.
+    /// Pairs of a point and a light, by how they were treated and which work was skipped.
     pub plan: PlanCounters,
-    /// Work of visibility queries.
+    /// The work of visibility queries.
     pub visibility: Counters,
-    /// Visible pieces of lines.
+    /// Lines and their visible pieces.
     pub segments: SegmentCounters,
 }
 
 impl Counts {
-    /// The part of the tests of triangles that shafts took whose light was then integrated in
-    /// closed form: an estimate, in proportion to the number of such shafts among those with a
-    /// penumbra. It is for guesses of what closed forms cost.
+    /// The estimated number of triangle tests in shafts whose light was then integrated in closed
+    /// form. This is the number of all tests, in proportion to the number of such shafts among
+    /// those that are neither empty nor blocked. It serves to estimate what closed forms cost.
     #[must_use]
     pub fn exact_tests(&self) -> u64 {
         let (exact, partial) = (self.plan.exact_penumbrae, self.visibility.partial_shafts);
@@ -67,13 +67,13 @@ impl AddAssign for Counts {
 }
 
 impl Workspace {
-    /// Empty memory.
+    /// A workspace with empty memory.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The counts so far; counting starts again from zero.
+    /// Returns the counts so far, and resets them to zero.
     pub fn take_counts(&mut self) -> Counts {
         Counts {
             plan: std::mem::take(&mut self.buffers.counts.plan),

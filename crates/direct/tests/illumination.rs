@@ -1,4 +1,5 @@
-//! The light at a point of a scene, against sums over the lights and against what it needs.
+//! The light at a point of a scene is compared with sums over the lights, and the parts of a scene
+//! that an estimator does without are tested.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use linelit_direct::bsdf::{Bsdf, Lambert};
@@ -15,7 +16,7 @@ use linelit_direct::{
 };
 use std::sync::Arc;
 
-/// Slats between a floor and its lamps, and a bumpy sheet at a side.
+/// Slats between a floor and its lamps, and a bumpy sheet to one side.
 fn slats() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for k in 0..7_u16 {
@@ -64,11 +65,11 @@ fn floor(x: f64, y: f64) -> ShadingPoint {
 
 #[test]
 fn groups_of_lights_that_cannot_reach_a_point_change_no_bit() {
-    // Lamps that shine up, down and to a side, above and below the floor.
+    // Lamps that shine upwards, downwards and sideways, above and below the floor.
     let lamp = |i: u32| {
         let at = [0.618_034, 0.754_878, 0.569_840].map(|turn| (f64::from(i) * turn).fract());
         let [x, y, z] = at.map(|share| 4.0 * share - 2.0);
-        // A third of them, neighbours, are below the floor, as are some of the others.
+        // A third of them, which are neighbours, are below the floor, as are some of the others.
         let at = [x, y, if (20..40).contains(&i) { z - 2.5 } else { z }];
         let ([u, v], side) = ([[0.0, 0.3, 0.0], [0.2, 0.0, 0.1]], i as usize / 5 % 3);
         let sides = [[u, v], [v, u], [u, [0.0, 0.1, 0.4]]];
@@ -101,7 +102,7 @@ fn groups_of_lights_that_cannot_reach_a_point_change_no_bit() {
         });
         assert_eq!(skipping, all, "{x} {y}");
         let counts = workspace.take_counts().plan;
-        // Each pair is counted once, and what is left out with a group is part of it.
+        // Each pair is counted once, also if it is left out with its group.
         assert_eq!(counts.point_lights, 60);
         left_out += counts.groups_left_out;
     }

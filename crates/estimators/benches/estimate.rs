@@ -1,5 +1,5 @@
-//! Microseconds per estimate of one polygon light on a diffuse floor, past no triangles and past a
-//! dozen.
+//! This bench measures the microseconds per estimate of one polygon light on a diffuse floor, past
+//! no triangles and past a dozen of them.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"
@@ -19,7 +19,7 @@ use std::time::Duration;
 const ESTIMATORS: &str =
     "point-area line-area line-analytic exact hybrid line-solid-angle+point-bsdf";
 
-/// Random triangles half way between the origin and the light.
+/// Random triangles halfway between the origin and the light.
 #[allow(clippy::cast_possible_truncation, reason = "corners are single")]
 fn between(count: u32, rng: &mut SplitMix64) -> Occluders {
     let mut side = || rng.in_range(-0.3, 0.3) as f32;

@@ -1,4 +1,14 @@
-//! The choice of a method by facts, a pure function.
+//! This module chooses the method by which an estimator treats one light at one shading point.
+//!
+//! The choice is a pure function of facts: the estimator, the kind of the light, what is known of
+//! the reflection, and what the shaft between point and light found. It has two stages.
+//! [`Choice::ask`] says, before visibility is queried, whether a shaft is worth its time;
+//! [`Choice::method`] then takes the shaft's answer and returns the method: the known part, the
+//! samples for the rest, and how visibility is queried. `hybrid.rs` has the rules that weigh times
+//! against each other.
+//!
+//! A technique *stands alone* if it is the only one of its estimator and has no weights
+//! ([`Weights::Alone`]). A *combination* weights several techniques, or one that needs weights.
 
 use crate::estimator::Integral;
 use crate::hybrid;
@@ -9,13 +19,15 @@ use crate::{
 };
 use linelit_visibility::ShaftClass;
 
-/// An estimator among its facts: all that follows from them before visibility is asked for.
+/// An estimator together with the facts about its query, and what follows from both before
+/// visibility is queried.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Choice<'e, 'f> {
     estimator: &'e Estimator,
     pub facts: MethodFacts<'f>,
-    /// The integral that leaves nothing for other techniques: of a technique alone, and of the
-    /// first of a combination where the reflection has a closed form.
+    /// The integral that takes all samples, so that no other technique draws any: that of a
+    /// technique that stands alone, and that of the first integral of a combination where the
+    /// reflection has a closed form.
     integral: Option<Integral<'e>>,
 }
 
@@ -31,7 +43,9 @@ impl<'e, 'f> Choice<'e, 'f> {
         choice
     }
 
-    /// Whether a shaft is worth to be asked before anything is chosen.
+    /// Returns whether a shaft is built before the method is chosen, or each sample has a ray of
+    /// its own. Shafts are left out where no method could use their answer, and where rays are
+    /// known to be better.
     pub(crate) fn ask(&self) -> VisibilityBy {
         let facts = &self.facts;
         if matches!(facts.light, LightKind::Delta | LightKind::Sky) {
@@ -63,7 +77,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// The method for a light, whatever the estimator is made of.
+    /// Returns the method for the light, for any estimator, from what the shaft found between the
+    /// point and the light.
     pub(crate) fn method(&self, between: &ShaftAnswer) -> Method<'e> {
         let (facts, alone) = (&self.facts, self.estimator.alone());
         // Take the lights that have one method, whatever hides them.
@@ -115,7 +130,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// Whether the method may depend on the density of points that is best ([`MethodFacts::points`]).
+    /// Returns whether the choice may depend on the best density of points ([`MethodFacts::points`]),
+    /// which takes time to find.
     pub(crate) fn asks_for_density(&self) -> bool {
         let known = &self.facts.known;
         let (is_diffuse, has_region) = (
@@ -132,13 +148,14 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// Whether it is `hybrid` alone.
+    /// Returns whether the estimator is `hybrid` alone.
     fn is_hybrid(&self) -> bool {
         let mut integrals = self.estimator.integrals();
         self.estimator.alone().is_some() && integrals.any(|by| by == Integration::Cheapest)
     }
 
-    /// Whether it weights techniques on the part of a polygon above the horizons.
+    /// Returns whether the estimator weights techniques, which are then drawn on the part of a
+    /// polygon above the horizons.
     pub(crate) fn is_weighted(&self) -> bool {
         let draws_on_all = match self.estimator.alone() {
             Some(Technique::Points(_)) => true,
@@ -148,7 +165,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         !draws_on_all && self.integral.is_none()
     }
 
-    /// Whether an integral stands for all techniques.
+    /// Returns whether one integral replaces all techniques of the estimator on this light and
+    /// reflection.
     fn leaves_nothing(&self, by: Integration) -> bool {
         let facts = &self.facts;
         let alone = self.estimator.alone().is_some();
@@ -161,8 +179,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         stands && !self.wants_bsdf()
     }
 
-    /// Whether samples of the BSDF stand beside integrals of transformed cosines that the
-    /// reflection is unlike.
+    /// Returns whether samples of the BSDF are added to an integral of LTCs, because the LTCs are
+    /// unlike the reflection.
     fn wants_bsdf(&self) -> bool {
         use LightKind::{Disk, Polygon, Sphere};
         self.facts.known.are_unlike
@@ -172,9 +190,10 @@ impl<'e, 'f> Choice<'e, 'f> {
             })
     }
 
-    /// The method for a sky, which has neither lines nor a region: points of it by a shadow ray
-    /// each. Points by the radiance take the place of lines; points by radiance and cosine that of
-    /// integrals, beside directions of the BSDF unless the reflection is diffuse.
+    /// The method for a sky, which has neither lines nor a visible region: it is sampled by points
+    /// with a shadow ray each. Lines become points in proportion to the radiance. Integrals become
+    /// points by radiance and cosine, which are weighted with directions from the BSDF unless the
+    /// reflection is diffuse.
     fn sky(&self) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
         let weighted = |with_bsdf| {
@@ -201,6 +220,8 @@ impl<'e, 'f> Choice<'e, 'f> {
     /// Returns the method that combines all techniques by weights.
     fn combined(&self, between: &ShaftAnswer) -> Method<'e> {
         let (facts, estimator) = (&self.facts, self.estimator);
+        // Find what replaces the lines of the integrals; of several integrals, the one that
+        // replaces most decides.
         let is_textured = facts.light == LightKind::Textured;
         if is_textured && self.is_hybrid() {
             return hybrid::textured(facts);
@@ -210,11 +231,13 @@ impl<'e, 'f> Choice<'e, 'f> {
             VisibilityBy::Rays => LineReplacement::Line,
             VisibilityBy::Shaft => each.max().unwrap_or(LineReplacement::Line),
         };
+        // Find the known part, the density of the points that replace lines, and how many of them
+        // replace one line.
         let (is_round, mut known) = (facts.light.is_round(), KnownOver::Nothing);
         let (integrals, times) = match instead {
             LineReplacement::Differences(times) if between.has_region => {
                 known = KnownOver::Region(KnownIntegrand::Cosines);
-                // Round lights take no more than alone.
+                // A round light takes as many samples as one technique alone.
                 (Some(PointDensity::Lobes), if is_round { 1 } else { times })
             }
             LineReplacement::Line | LineReplacement::Differences(_) => {
@@ -223,6 +246,7 @@ impl<'e, 'f> Choice<'e, 'f> {
             LineReplacement::Points(times) if is_textured => (Some(PointDensity::Area), times),
             LineReplacement::Points(times) => (Some(PointDensity::Lobes), times),
         };
+        // Multiply the samples of all techniques alike, so that their shares stay as they are.
         let samples = facts.samples.saturating_mul(times);
         let weighted = Weighted {
             lobes_alone: is_round && known != KnownOver::Nothing,
@@ -231,8 +255,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         Method::new(known, Rest::Weighted(weighted), facts.ask)
     }
 
-    /// Its techniques, weighted; a technique alone and what stands beside it by the balance
-    /// heuristic.
+    /// The techniques of the estimator with their weights. A technique that stands alone gets the
+    /// balance heuristic, which weights it with the points that are added to it.
     fn weighted(
         &self,
         with_bsdf: bool,
@@ -255,16 +279,18 @@ impl<'e, 'f> Choice<'e, 'f> {
 }
 
 impl Estimator {
-    /// The method for a light, whatever the estimator is made of.
+    /// Returns the method by which this estimator treats a light, given the facts about light and
+    /// reflection and the answer of a shaft.
     ///
-    /// The choice depends on geometry alone, never on random numbers: whatever is chosen, the
-    /// estimate stays unbiased.
+    /// The choice depends on geometry alone and never on random numbers, so that the estimate is
+    /// unbiased for each choice.
     #[must_use]
     pub fn method<'e>(&'e self, facts: &MethodFacts<'_>, between: &ShaftAnswer) -> Method<'e> {
         Choice::new(self, *facts).method(between)
     }
 
-    /// The density of points that stand alone with a ray each, which depends on the light alone.
+    /// The density of the points of a technique that stands alone and sends a shadow ray to each
+    /// point; `None` for any other estimator. It depends on the light alone.
     pub(crate) fn points_by_rays(&self, light: LightKind) -> Option<PointBy> {
         match (self.alone(), light) {
             (Some(Technique::Points(points)), LightKind::Linear) => {
@@ -276,7 +302,7 @@ impl Estimator {
     }
 }
 
-/// The method for a linear light: one line answers for all of it.
+/// The method for a linear light, of which one line finds all that is visible.
 fn segment<'e>(facts: &MethodFacts<'_>) -> Method<'e> {
     match facts.known.closed {
         Closed::AlongLines | Closed::OverPolygons { .. } | Closed::Diffuse => {
@@ -290,8 +316,8 @@ fn segment<'e>(facts: &MethodFacts<'_>) -> Method<'e> {
     }
 }
 
-/// The method of an integral over the visible part of a light that stands alone; `None` where a
-/// round light has none.
+/// The method of an integral that takes all samples; `None` for a round light that has no such
+/// method.
 fn integrated<'e>(
     integral: &Integral<'e>,
     facts: &MethodFacts<'_>,
@@ -299,10 +325,12 @@ fn integrated<'e>(
 ) -> Option<Method<'e>> {
     let (is_round, count) = (facts.light.is_round(), integral.count);
     let is_polygon = facts.light.is_polygon();
+    // Integrate over all of the light where it is seen as a whole.
     let skips = facts.skip || is_polygon && integral.by != Integration::Analytic;
     if skips && facts.has_whole(between) && between.has_region {
         return Some(Method::region(KnownIntegrand::Reflection));
     }
+    // Otherwise integrate over the visible region or along lines, as the integral's name says.
     match integral.by {
         _ if facts.light == LightKind::Cylinder => along(integral, facts),
         Integration::Exact(options) if options.is_for(between) => {
@@ -317,8 +345,9 @@ fn integrated<'e>(
     }
 }
 
-/// Lines on a polygon, integrated in closed form where there is one, else a point of each; or along
-/// the axis of a cylinder, by quadrature if need be. `None` for a round light, which has no lines.
+/// The method that integrates along lines: on a polygon in closed form, or with a point of each
+/// line where there is no closed form; on a cylinder along its axis, by quadrature where there is
+/// no closed form. `None` for a round light, which has no lines.
 pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &MethodFacts<'_>) -> Option<Method<'e>> {
     let (lines, count) = (integral.lines, integral.count);
     let (of, ask) = match (facts.light, facts.known.closed) {
@@ -337,8 +366,8 @@ pub(crate) fn along<'e>(integral: &Integral<'e>, facts: &MethodFacts<'_>) -> Opt
     ))
 }
 
-/// The visible region of a light, with so many points for the rest; `None` where there is no
-/// region, or nothing is known.
+/// The method that integrates over the visible region of a light, with this many points for the
+/// rest; `None` where the region cannot be found, or nothing of the reflection is known.
 pub(crate) fn region<'e>(
     samples: u32,
     facts: &MethodFacts<'_>,
@@ -363,18 +392,20 @@ pub(crate) fn region<'e>(
     ))
 }
 
-/// The replacement of a line of an integral in a combination on a reflection without a closed form.
+/// What replaces a line of an integral in a combination, on a reflection without a closed form.
+/// Later variants replace more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum LineReplacement {
-    /// The line itself, on which a point is sampled.
+    /// The line stays, and a point of it is sampled.
     Line,
-    /// This many points of the light.
+    /// This many points of the light replace it.
     Points(u32),
-    /// The closed form of the transformed cosines that the reflection looks like, and so many
-    /// points for the rest, of this technique and of all others.
+    /// The closed form of the LTCs that resemble the reflection replaces it; each technique takes
+    /// this many times its samples for the difference.
     Differences(u32),
 }
 
+/// Returns what replaces a line of one integral.
 fn instead(
     integration: Integration,
     facts: &MethodFacts<'_>,
@@ -399,7 +430,7 @@ fn instead(
 }
 
 impl ExactOptions {
-    /// Whether the closed form is taken past the triangles of a shaft.
+    /// Returns whether the closed form is to be used past the triangles of this shaft.
     fn is_for(self, between: &ShaftAnswer) -> bool {
         let within = !between.is_dense && between.candidates <= self.limit as usize;
         within || self.limit == Self::NO_LIMIT
@@ -407,22 +438,25 @@ impl ExactOptions {
 }
 
 impl MethodFacts<'_> {
-    /// Whether the light along a line of the light has an integral.
+    /// Returns whether the light along a line can be integrated, in closed form or by quadrature.
     fn has_line_integral(&self) -> bool {
         self.known.closed != Closed::Nowhere || self.known.has_peaks
     }
 
-    /// Whether the light over a region has an integral, of the reflection or of cosines.
+    /// Returns whether the light over a visible region can be integrated: the reflection itself or
+    /// LTCs that resemble it.
     fn has_region_integral(&self) -> bool {
         (self.has_closed_region() || self.known.has_cosines) && self.light != LightKind::Textured
     }
 
-    /// Whether the shaft is empty and the light over all of the light has a closed form.
+    /// Returns whether the shaft is empty and the reflected light of the whole light has a closed
+    /// form.
     fn has_whole(&self, between: &ShaftAnswer) -> bool {
         between.class == ShaftClass::Empty && self.has_closed_region()
     }
 
-    /// Whether the light over a region has a closed form, of the reflection itself.
+    /// Returns whether the reflection itself has a closed form over visible regions of this kind of
+    /// light.
     fn has_closed_region(&self) -> bool {
         match self.known.closed {
             Closed::Diffuse => self.light != LightKind::Textured,

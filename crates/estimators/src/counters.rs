@@ -1,10 +1,11 @@
-//! Counters of skipped and finished work.
+//! These counters say how much work estimates did, and how much of it they skipped.
 
 use linelit_visibility::VisibleLines;
 use std::fmt;
 use std::ops::AddAssign;
 
-/// Counters that add up, each with what reports call it.
+/// Defines a struct of counters that can be added up. Each counter has the text that reports show
+/// for it.
 macro_rules! counters {
     ($(#[$outer:meta])* $name:ident { $($(#[$doc:meta])* $counter:ident: $text:literal,)+ }) => {
         $(#[$outer])*
@@ -14,7 +15,7 @@ macro_rules! counters {
         }
 
         impl $name {
-            /// Names and values, for reports.
+            /// The counters as pairs of a text for reports and a value.
             pub fn rows(&self) -> impl Iterator<Item = (&'static str, u64)> {
                 [$(($text, self.$counter)),+].into_iter()
             }
@@ -29,56 +30,60 @@ macro_rules! counters {
 }
 
 counters! {
-    /// Pairs of shading points and lights, by the work that was skipped.
+    /// Numbers of pairs of a shading point and a light, by how they were treated and which work was
+    /// skipped.
     PlanCounters {
-        /// Shading points estimated.
+        /// The shading points for which light was estimated.
         points: "shading points",
-        /// Shading points whose material reflects nothing: no light was looked at.
+        /// The shading points whose material is black: no light was considered.
         black_materials: "points on black materials, skipped",
-        /// Pairs of shading point and light that were looked at.
+        /// The pairs of a shading point and a light that were considered.
         point_lights: "(point, light) pairs",
-        /// Pairs dropped because the light faces away.
+        /// The pairs that were skipped because the light faces away from the point.
         facing_away: "pairs skipped: light faces away",
-        /// Pairs dropped because the light is below the horizon.
+        /// The pairs that were skipped because the light is below the point's horizon.
         below_horizon: "pairs skipped: light below the horizon",
-        /// Pairs of a shading point and a light that were skipped without a look at the light: it
-        /// is in a group of lights each of which faces away from the point or is below its horizon.
+        /// The pairs that were skipped without considering the light by itself: it is in a group of
+        /// lights each of which faces away from the point or is below its horizon.
         groups_left_out: "pairs skipped with their group: facing away or below the horizon",
-        /// Pairs with nothing between point and light: no visibility was sampled.
+        /// The pairs with no occluder between point and light: no visibility was sampled.
         unoccluded: "pairs without any occluder: no visibility sampled",
-        /// Pairs where the light is wholly hidden: nothing was sampled.
+        /// The pairs with a wholly hidden light: no samples were taken.
         hidden: "pairs with the light wholly hidden: nothing sampled",
-        /// Pairs where the light was integrated in closed form without any sample.
+        /// The pairs with a light that was integrated as a whole in closed form, without samples.
         closed_form: "pairs in closed form: no samples",
-        /// Pairs in penumbra whose visible part was integrated in closed form.
+        /// The pairs with a partly hidden light whose visible part was integrated in closed form.
         exact_penumbrae: "penumbra pairs in closed form",
-        /// Pairs of which `exact` did not integrate the visible part, though the light was neither
-        /// found hidden nor seen as a whole: lines or points in its place.
+        /// The pairs for which `exact` used lines or points instead of integrating the visible
+        /// part, though the light was neither found hidden nor seen as a whole.
         exact_fallbacks: "penumbra pairs handed by exact to lines",
-        /// Pairs for which a closed form over the light or along lines was requested and there is
-        /// none, so that points alone took its place.
+        /// The pairs for which the estimator is named for a closed form, over the light or along
+        /// lines, that does not exist here, so that only points were sampled.
         points_in_place: "pairs by points in place of a closed form that there is not",
-        /// These points.
+        /// The number of points that were sampled for [`points_in_place`](Self::points_in_place).
         points_drawn_in_place: "points in place of closed forms that there are not",
-        /// Pairs of a point and a sphere that triangles reach into, or with too many in between to
-        /// tell: points by solid angle in place of lines, a shadow ray for each point.
+        /// The pairs with a sphere that triangles reach into, or with too many triangles in between
+        /// to know: points by solid angle were sampled instead of lines, with a shadow ray for
+        /// each.
         spheres_by_rays: "pairs with a sphere that triangles may reach into: rays, no lines",
-        /// Pairs of a point and a cylinder that triangles reach into, or with too many in between
-        /// to tell: each line and each point is looked for by itself.
+        /// The pairs with a cylinder that triangles reach into, or with too many triangles in
+        /// between to know: visibility was queried for each line and each point by itself.
         cylinders_by_rays: "pairs with a cylinder that triangles may reach into: a look for each line",
-        /// Line samples that are wholly hidden.
+        /// The line samples that are wholly hidden.
         hidden_lines: "line samples wholly hidden",
-        /// Lines asked for their density at a point of another technique.
+        /// The lines whose visible parts were queried for the density of line sampling at a point
+        /// that another technique drew.
         density_lines: "lines through points of other techniques, for their density",
     }
 }
 
 counters! {
-    /// Numbers of lines and of the pieces that they were cut into (Billen & Dutré 2016, Fig. 5).
+    /// Numbers of lines, and of the visible pieces into which occluders cut them (Billen & Dutré
+    /// 2016, Fig. 5).
     SegmentCounters {
-        /// Line samples asked.
+        /// The line samples whose visibility was queried.
         lines: "lines",
-        /// Visible pieces found.
+        /// The visible pieces that were found.
         pieces: "visible pieces of lines",
     }
 }
@@ -86,14 +91,14 @@ counters! {
 /// The counters of all work that estimates do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorkCounters {
-    /// Skipped and finished work.
+    /// Work that was done or skipped, by pairs of a point and a light.
     pub plan: PlanCounters,
     /// Lines and their visible pieces.
     pub segments: SegmentCounters,
 }
 
 impl WorkCounters {
-    /// Counts so many lines that were asked for, their visible pieces, and those that have none.
+    /// Counts this many queried lines, their visible pieces, and the lines that have none.
     pub(crate) fn count_lines(&mut self, visible: &VisibleLines, lines: usize) {
         for i in 0..lines {
             let parts = visible.line(i);

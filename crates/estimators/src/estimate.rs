@@ -1,4 +1,15 @@
-//! The trunk: from a query to the light, by a method.
+//! This module estimates the light of one query: [`estimate`] is the one function that all
+//! estimators go through.
+//!
+//! The reflected light L = ∫ f V dω is split into a known part and a rest, L = ∫ g V dω + ∫ (f − g)
+//! V dω. The steps are always the same:
+//!
+//! 1. See the light from the shading point ([`LightView`]), and give up if it faces away.
+//! 2. Collect the facts about light and reflection, query the occluders in between, and choose the
+//!    [`Method`] by both (`choose.rs`).
+//! 3. Integrate the known part over what is visible (`known`).
+//! 4. Sample the rest, by points or lines, and by weights where there are several techniques
+//!    (`rest`).
 
 use crate::choose::Choice;
 use crate::draw::Source;
@@ -19,24 +30,26 @@ use linelit_geometry::{DVec3, stop};
 use linelit_lights::{Light, PointSource, SeenSurface, Viewer};
 use linelit_visibility::{Scratch, ShaftClass};
 
-/// Memory that estimates use again, and counters; one for each thread. No estimate depends on
-/// those before it.
+/// Memory that estimates reuse, and counters of their work. Each thread needs its own. No estimate
+/// depends on the estimates before it.
 #[derive(Debug, Default)]
 pub struct Buffers {
     /// The memory of rays and shafts, with their counters.
     pub scratch: Scratch,
-    /// Skipped and finished work.
+    /// The counters of work that was done or skipped.
     pub counts: WorkCounters,
     pub(crate) known: KnownMemory,
     pub(crate) rest: RestMemory,
 }
 
-/// Radiance that the light sends from the shading point to its viewer, W/(m²·sr) by channel.
+/// Estimates the radiance that a light causes to be reflected at a shading point towards its
+/// viewer, W/(m²·sr) by channel.
 ///
-/// Unbiased for every estimator, and a pure function of the query. Where
-/// [`LightSource::reaches`](crate::LightSource::reaches) says no, it is zero: so it is behind a
-/// one-sided light, whose normal (counter-clockwise corners seen from its tip) points to the side
-/// that emits. Closed forms such as `linelit_shading::polygon::irradiance` do not ask for sides.
+/// The estimate is unbiased for every estimator, and a pure function of the query. It is zero where
+/// [`LightSource::reaches`](crate::LightSource::reaches) returns `false`; among other cases, behind
+/// a light that emits on one side. The normal points to that side: seen from its tip, the corners
+/// of a polygon run counter-clockwise. Closed forms such as `linelit_shading::polygon::irradiance`
+/// make no difference between the sides.
 ///
 /// ```
 /// use linelit_estimators::bsdf::{Bsdf, Lambert};
@@ -66,8 +79,9 @@ pub struct Buffers {
 /// # Ok::<(), linelit_estimators::geometry::PolygonError>(())
 /// ```
 ///
-/// In debug builds it panics where a normal or the direction to the viewer is no unit vector, for
-/// the result would be out of proportion.
+/// # Panics
+/// In debug builds, if a normal or the direction to the viewer is not a unit vector, since the
+/// result would then be out of proportion.
 #[must_use]
 pub fn estimate<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
@@ -81,18 +95,22 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         known: memory,
         rest,
     } = buffers;
-    // Is the shading point on a side of the light that emits?
+    // See the light from the shading point; it may emit on another side.
     let seen = cylinder_from(query.light.light, query.point.position);
     let view = LightView::new(query.light, query.point, query.margins, seen.as_ref());
     let Some(mut view) = view else {
         return DVec3::ZERO;
     };
+    // Treat delta lights, and points with a shadow ray each, for which no method has to be chosen.
     if let Some(light) = by_rays(query, &view, (scratch, &memory.region, rest)) {
         return light;
     }
+    // Collect the facts about the light and the reflection.
     let cosines = query.cosines();
     let asked = cosines.as_ref();
     let mut choice = Choice::new(query.estimator, MethodFacts::before(query, asked));
+    // Clip the light to the horizons where techniques are weighted, since they draw on that part
+    // alone.
     let above;
     if choice.is_weighted()
         && let Some(polygon) = view.polygon()
@@ -125,25 +143,17 @@ pub fn estimate<R: Reflection, T: EmissionTexture>(
         memory,
         counts,
     );
+    // Let another method sample the whole light where the region was too narrow.
     if known.is_none() {
         method = otherwise(&method, LightKind::of(query.light));
     }
     let light = known.map_or(DVec3::ZERO, |known| known.light);
     count(query, &method, between.class, &mut counts.plan);
-    if method.rest == Rest::Nothing {
-        return light;
-    }
     // Sample the rest.
     let known = known.filter(|_| method.known == KnownOver::Region(KnownIntegrand::Cosines));
     let sampled = Sampled::new(query, &view, asked, known, &memory.region);
-    sampled.with_rest(
-        &method.rest,
-        light,
-        &mut visible,
-        &mut memory.lines,
-        rest,
-        counts,
-    )
+    let memories = (&mut memory.lines, rest, counts);
+    sampled.with_rest(&method.rest, light, &mut visible, memories)
 }
 
 /// Returns a cylinder as a point sees it, which takes some time to find and is what a view of a
@@ -155,14 +165,15 @@ fn cylinder_from(light: &Light, x: DVec3) -> Option<SeenSurface<'_>> {
     }
 }
 
-/// The method in place of one whose region was too narrow to integrate, which only those of round
-/// lights are.
+/// The method that replaces one whose visible region was too narrow to integrate. Only methods for
+/// round lights have such a replacement.
 fn otherwise<'e>(method: &Method<'e>, light: LightKind) -> Method<'e> {
     debug_assert!(light.is_round(), "regions are known before the choice");
     Method::sampled(method.otherwise, method.ask)
 }
 
-/// The light of a query that asks by one ray, or by a ray for each point, whatever is in between.
+/// The light of a query that needs one shadow ray, or one for each point, no matter what is
+/// between; `None` for any other query.
 #[inline]
 fn by_rays<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
@@ -179,7 +190,7 @@ fn by_rays<R: Reflection, T: EmissionTexture>(
     Some(sampled.points(by, query.samples, &mut visible, rest))
 }
 
-/// Counts what the method does.
+/// Counts what the method does, for reports.
 fn count<R, T>(
     query: &Query<'_, R, T>,
     method: &Method<'_>,
@@ -203,15 +214,15 @@ fn count<R, T>(
     }
 }
 
-/// A query whose known part has been integrated.
+/// A query whose known part has been integrated, and whose rest is to be sampled.
 struct Sampled<'a, R, T> {
     query: &'a Query<'a, R, T>,
     view: &'a LightView<'a>,
-    /// The transformed cosines of the reflection, if they are known and asked for.
+    /// The LTCs of the reflection, if they are known and the estimator uses them.
     cosines: Option<&'a LtcMixture>,
     /// The integral of the known part, if there is one.
     known: Option<KnownLight>,
-    /// The region that it is over.
+    /// The memory of the visible region over which the known part was integrated.
     region: &'a RegionMemory,
     integrand: Integrand<'a, R, T>,
 }
@@ -242,15 +253,13 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         }
     }
 
-    /// The known light and the mean of the samples for the rest.
+    /// Returns the known light plus the mean of the samples for the rest.
     fn with_rest(
         &self,
         rest: &Rest<'_>,
         light: DVec3,
         visible: &mut Visible<'_>,
-        lines: &mut LineMemory,
-        memory: &mut RestMemory,
-        counts: &mut WorkCounters,
+        (lines, memory, counts): (&mut LineMemory, &mut RestMemory, &mut WorkCounters),
     ) -> DVec3 {
         let Self { integrand, .. } = self;
         light
@@ -302,7 +311,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         Samples { numbers, count }
     }
 
-    /// The mean over points of the whole light.
+    /// The mean over points of the whole light, each with its own visibility query.
     fn points(
         &self,
         by: PointBy,
@@ -312,6 +321,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
     ) -> DVec3 {
         let (view, point, integrand) = (self.view, self.query.point, &self.integrand);
         let (samples, block) = (self.samples(count), &mut memory.points);
+        // Sample a linear light, which has no surface, by its own techniques.
         let Some(surface) = view.surface() else {
             let (Shape::Segment(line), PointBy::Linear(options)) = (view.shape, by) else {
                 return DVec3::ZERO;
@@ -328,6 +338,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
         let mut mean = |source: Option<&PointSource<'_>>| {
             alone::points(integrand, &surface, Source(source), samples, visible, block)
         };
+        // Draw points by a density on the surface, or directions from the BSDF.
         let Some(density) = by.on_surface() else {
             return mean(None);
         };
@@ -335,7 +346,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Sampled<'a, R, T> {
             cosines: self.cosines,
             ..view.at.viewer()
         };
-        // A source is large: it is made where it stays.
+        // A source is large, so that it is created where it is used.
         let source = PointSource::new(density, surface, self.query.light.texture, &viewer);
         mean(Some(&source))
     }

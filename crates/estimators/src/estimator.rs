@@ -1,15 +1,17 @@
-//! The one type of estimators: techniques, their shares of the samples, and how they are weighted.
+//! This module has [`Estimator`], the one type of all estimators: techniques, their shares of the
+//! samples, and the weights that combine them. `text.rs` reads and writes it as text.
 
 use crate::{ExactOptions, Integration, LineBy, LineDirection, Lines, PointBy, Points, Technique};
 
-/// Most techniques in one combination; `orientation=spread:K` counts as K.
+/// The most techniques that one combination may have. Lines with `orientation=spread:K` count as K.
 pub const MOST_TECHNIQUES: usize = 8;
 
-/// An estimator of direct light at a shading point: one to eight techniques that share the samples,
-/// and the weights that combine them.
+/// An estimator of the direct light at a shading point: one to eight techniques that share the
+/// samples, and the weights that combine them.
 ///
-/// Built from parts, or from text ([`std::str::FromStr`]), which lists techniques with `+`, their
-/// shares after `:` and options in brackets; what is not said takes its default.
+/// An estimator is built from parts, or parsed from text ([`std::str::FromStr`]). The text lists
+/// techniques with `+` between them, with their shares after `:` and their options in brackets.
+/// Shares and options that are left out have their default values.
 ///
 /// ```
 /// use linelit_estimators::{Estimator, LineBy, Points};
@@ -24,40 +26,42 @@ pub struct Estimator {
     weights: Weights,
 }
 
-/// A technique and its share.
+/// A technique of an estimator and its share of the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// The technique.
     pub technique: Technique,
-    /// The share of the samples, in proportion to the other parts'; above zero.
+    /// The share of the samples, in proportion to the shares of the other parts; above zero.
     pub share: u32,
 }
 
-/// The weights that combine an estimator's techniques.
+/// The weights that combine the techniques of an estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weights {
-    /// One technique without weights: its samples on the whole light count as value over density,
-    /// a point in each visible piece of a line. Not for points by
-    /// [texture](crate::PointDensity::Texture), lines by measures other than area,
-    /// [`LineDirection::Spread`], [`Lines::points`] above one and
-    /// [`Pieces::One`](crate::Pieces::One), which are [`Weights::Balance`] by themselves.
+    /// One technique without weights. Its samples on the whole light count as value over density;
+    /// lines have a point in each visible piece. Points by [texture](crate::PointDensity::Texture),
+    /// lines by measures other than area, [`LineDirection::Spread`], [`Lines::points`] above one
+    /// and [`Pieces::One`](crate::Pieces::One) cannot have it: a single technique of these kinds
+    /// has [`Weights::Balance`].
     Alone,
-    /// The balance heuristic, in proportion to N p (Veach & Guibas 1995). Of a single technique: it
-    /// draws on the part of the light above the horizon, as in any combination.
+    /// The balance heuristic, with weights in proportion to N p (Veach & Guibas 1995). A single
+    /// technique may have it, too: it then draws on the part of the light above the horizons, as in
+    /// any combination.
     Balance,
-    /// The power heuristic, in proportion to (N p)².
+    /// The power heuristic, with weights in proportion to (N p)².
     Power,
-    /// All weight to the technique with the largest N p.
+    /// The maximum heuristic, which gives all weight to the technique with the largest N p.
     Maximum,
-    /// Equal weights for all techniques that reach the point, whatever their samples and densities:
-    /// the mean of the estimates by each alone (Salesin & Jarosz 2019, eq. 6).
+    /// Equal weights for all techniques that can sample the point, regardless of their numbers of
+    /// samples and densities. This is the mean of the estimates by each technique alone (Salesin &
+    /// Jarosz 2019, eq. 6).
     Average,
-    /// The balance heuristic with the densities of points smoothed at the borders of the light and
-    /// of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).
+    /// The balance heuristic with densities of points that are smoothed at the borders of the light
+    /// and of its visible parts, so that weights have no steps (Salesin & Jarosz 2019, eqs. 20–24).
     Smooth(Smoothing),
-    /// The optimal heuristic (Kondapaneni et al. 2019), with coefficients for one half of the
-    /// samples from the other, so that the mean stays right; for one sample, and for a technique
-    /// that has no sample in a half, the balance heuristic.
+    /// The optimal heuristic (Kondapaneni et al. 2019). The coefficients for each half of the
+    /// samples come from the other half, so that the estimate is unbiased. With one sample, and for
+    /// a technique without a sample in a half, this is the balance heuristic.
     Optimal(Optimal),
 }
 
@@ -72,7 +76,7 @@ impl Part {
 }
 
 impl Weights {
-    /// The weights of parts of which nothing else is said.
+    /// The weights of parts for which no weights are given.
     pub(crate) fn implied(parts: &[Part]) -> Self {
         match parts {
             [only] if only.technique.can_stand_alone() => Self::Alone,
@@ -86,21 +90,21 @@ impl Weights {
 pub enum Optimal {
     /// Weights may be negative, and above one.
     Free,
-    /// Weights are between zero and one: no sample contributes less than nothing.
+    /// Weights are between zero and one, so that no sample has a negative contribution.
     Clamped,
 }
 
-/// The width over which densities of points are smoothed.
+/// The width over which the densities of points are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Smoothing {
     /// Half the light's smaller dimension, everywhere.
     Fixed,
-    /// Less where the occluder behind an end hides less (eq. 24).
+    /// Less than that where the occluder at the end of a visible part hides a short piece (eq. 24).
     Variable,
 }
 
 impl<T: Into<Technique>> From<T> for Estimator {
-    /// The technique alone; with the balance heuristic if it cannot do without.
+    /// The technique alone, or with the balance heuristic if it needs weights.
     fn from(technique: T) -> Self {
         let part = Part::one(technique);
         Self {
@@ -112,11 +116,15 @@ impl<T: Into<Technique>> From<T> for Estimator {
 }
 
 impl Estimator {
-    /// Techniques with their shares, weighted. `None` for no part, more than [`MOST_TECHNIQUES`], a
-    /// share of zero, [`Weights::Alone`] for several techniques or one that it is not
-    /// for, directions of lines that only a technique alone can have ([`LineDirection`]) with any
-    /// other weights, and weights that have no text: of [`PointBy::Linear`] alone, or of several of
-    /// them but balanced.
+    /// Combines techniques with their shares by weights.
+    ///
+    /// Returns `None` in these cases:
+    /// - There is no part, there are more than [`MOST_TECHNIQUES`], or a share is zero.
+    /// - [`Weights::Alone`] is given for several techniques, or for one that needs weights.
+    /// - Lines have a direction that only a technique without weights can have ([`LineDirection`]),
+    ///   and the weights are others.
+    /// - The combination could not be written as text: all parts are [`PointBy::Linear`], and the
+    ///   weights are not the default for that many parts.
     #[must_use]
     pub fn new(parts: &[Part], weights: Weights) -> Option<Self> {
         let width: usize = parts.iter().map(|p| p.technique.width()).sum();
@@ -132,7 +140,8 @@ impl Estimator {
             return None;
         }
         let mut all = [*parts.first()?; MOST_TECHNIQUES];
-        // A spread of no directions counts for nothing, so that there may be more parts.
+        // A spread of zero directions does not count, so that there may be more parts than the
+        // array holds.
         all.get_mut(..parts.len())?.copy_from_slice(parts);
         Some(Self {
             parts: all,
@@ -141,42 +150,44 @@ impl Estimator {
         })
     }
 
-    /// Points of a density, a shadow ray for each.
+    /// Points by a density, with a shadow ray for each.
     #[must_use]
     pub fn points(by: impl Into<PointBy>) -> Self {
         Points::by(by.into()).into()
     }
 
-    /// Lines of a measure, with points of their visible parts.
+    /// Lines that are uniform in a measure, with points of their visible parts.
     #[must_use]
     pub fn lines(by: LineBy) -> Self {
         Lines::by(by).into()
     }
 
-    /// Lines with the light along their visible parts in closed form.
+    /// Lines along whose visible parts the light is integrated in closed form.
     #[must_use]
     pub fn analytic() -> Self {
         Lines::integrated(Integration::Analytic).into()
     }
 
-    /// The closed form over the visible part of the light; on a reflection of which no closed form
-    /// and no transformed cosines are known, a point of each line.
+    /// The closed form over the visible part of the light. On a reflection without a closed form,
+    /// LTCs that resemble it are integrated, and points sample the difference; if there are no such
+    /// LTCs either, a point of each line is sampled.
     #[must_use]
     pub fn exact() -> Self {
         Lines::integrated(Integration::Exact(ExactOptions::DEFAULT)).into()
     }
 
-    /// Creates the estimator that chooses the cheapest technique by the occluders in between.
+    /// The estimator that chooses, at each shading point and for each light, the technique that
+    /// takes the least time for an equal error, by the occluders in between.
     #[must_use]
     pub fn hybrid() -> Self {
         Lines::integrated(Integration::Cheapest).into()
     }
 
-    /// Adds one more technique, of share one; weighted by the balance heuristic unless weights are
-    /// chosen already.
+    /// Adds one more technique, with a share of one. The techniques are weighted by the balance
+    /// heuristic, unless other weights were chosen before.
     ///
     /// # Panics
-    /// If there are too many, or a technique cannot be combined: see [`Estimator::new`].
+    /// If there are too many techniques, or one cannot be combined; see [`Estimator::new`].
     #[must_use]
     pub fn with(self, technique: impl Into<Technique>) -> Self {
         let weights = match self.weights {
@@ -188,8 +199,8 @@ impl Estimator {
         Self::new(&parts, weights).expect("techniques that can be combined, eight at most")
     }
 
-    /// Fixes the direction of the last technique's lines: a fraction of a half turn from the
-    /// light's first edge. Points are unchanged.
+    /// Fixes the direction of the lines of the last technique, as a fraction of a half turn from
+    /// the light's first edge. If that technique has points, it is left unchanged.
     #[must_use]
     pub const fn fixed(mut self, fraction: f64) -> Self {
         if let Technique::Lines(lines) = &mut self.parts[self.count - 1].technique {
@@ -198,17 +209,17 @@ impl Estimator {
         self
     }
 
-    /// Sets the share of the last technique; at least one.
+    /// Sets the share of the last technique; a share of zero counts as one.
     #[must_use]
     pub const fn share(mut self, share: u32) -> Self {
         self.parts[self.count - 1].share = if share == 0 { 1 } else { share };
         self
     }
 
-    /// Sets the weights.
+    /// Sets the weights of the techniques.
     ///
     /// # Panics
-    /// If the techniques cannot be weighted so: see [`Estimator::new`].
+    /// If the techniques cannot have these weights; see [`Estimator::new`].
     #[must_use]
     pub fn weighted(self, weights: Weights) -> Self {
         Self::new(self.parts(), weights).expect("weights that these techniques can have")
@@ -226,19 +237,20 @@ impl Estimator {
         self.weights
     }
 
-    /// The technique that stands alone, unweighted.
+    /// The only technique of an estimator without weights; `None` if there are weights.
     #[must_use]
     pub fn alone(&self) -> Option<&Technique> {
         (self.weights == Weights::Alone).then_some(&self.parts[0].technique)
     }
 
-    /// The integrals of the techniques that take one where it has a closed form.
+    /// The integrals of the techniques that have one ([`Lines::integration`]).
     pub(crate) fn integrals(&self) -> impl Iterator<Item = Integration> {
         let integrals = (self.parts().iter()).filter_map(|part| part.technique.integrated());
         integrals.map(|(_, by)| by)
     }
 
-    /// The first of the [integrals](Self::integrals), with the samples of all of them, of `count`.
+    /// The first of the [integrals](Self::integrals), together with the number of samples, of
+    /// `count`, that all of them have.
     pub(crate) fn closed(&self, count: u32) -> Option<Integral<'_>> {
         let (lines, by) = (self.parts().iter()).find_map(|part| part.technique.integrated())?;
         if self.count == 1 {
@@ -258,11 +270,11 @@ impl Estimator {
     }
 }
 
-/// An integral over the visible parts of a light, in place of techniques.
+/// An integral over the visible parts of a light, which may replace techniques.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Integral<'e> {
     pub lines: &'e Lines,
     pub by: Integration,
-    /// The number of samples.
+    /// The number of samples, which are lines or points.
     pub count: u32,
 }

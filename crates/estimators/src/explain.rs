@@ -1,5 +1,6 @@
-//! Methods in words, with the techniques that take the place of those that a light or a reflection
-//! does not have.
+//! This module describes methods in words, for the reports of the program. Where an estimator
+//! names a technique that the light or the reflection does not have, the words name the technique
+//! that replaces it.
 
 use crate::choose::Choice;
 use crate::{
@@ -11,8 +12,8 @@ use linelit_visibility::ShaftClass;
 use std::fmt;
 
 impl Estimator {
-    /// The methods in words: where nothing is between the shading point and the light, past as many
-    /// triangles as usually are, and past too many to keep.
+    /// Describes in words what the estimator does at shading points of this kind: with no occluder
+    /// in between, past a typical number of triangles, and past too many triangles to collect.
     #[must_use]
     pub fn explain(&self, facts: &MethodFacts<'_>) -> String {
         #[allow(
@@ -20,6 +21,7 @@ impl Estimator {
             clippy::cast_sign_loss,
             reason = "a few hundred"
         )]
+        // Choose a method for each of the three cases.
         let usual = facts.occlusion.candidates.round().max(1.0) as usize;
         let choice = Choice::new(self, *facts);
         let cases = [
@@ -28,7 +30,8 @@ impl Estimator {
             (ShaftClass::Partial, 0, true),
         ];
         let [whole, few, many] = cases.map(|(class, candidates, is_dense)| {
-            // Too many triangles may reach into a solid light, which a shaft does not tell.
+            // Triangles in a dense shaft may reach into a sphere or a cylinder, and the shaft does
+            // not know.
             let is_told =
                 !(is_dense && matches!(facts.light, LightKind::Sphere | LightKind::Cylinder));
             let between = ShaftAnswer {
@@ -43,6 +46,7 @@ impl Estimator {
             }
             method.describe(facts)
         });
+        // Mention each method once.
         match (whole == few, few == many) {
             (true, true) => whole,
             (false, true) => format!("{whole} where nothing is between, else {few}"),
@@ -56,13 +60,13 @@ impl Estimator {
 }
 
 impl Estimator {
-    /// The number of points that take the place of the integral which the estimator is named for,
-    /// where these are the facts and some triangles are in between; `None` where it integrates a
-    /// part of the light at least, and for estimators that are points by name or choose points
-    /// themselves, as `hybrid` does.
+    /// The number of points that are sampled instead of the integral for which the estimator is
+    /// named, given these facts and a few triangles in between. `None` if at least a part of the
+    /// light is integrated, and for estimators that have points by name or choose them on purpose,
+    /// as `hybrid` does.
     ///
-    /// `exact` and `line-analytic` are points under another name on a reflection without a closed
-    /// form, and for lights that emit by a profile or an image. Their noise is then that of points.
+    /// `exact` and `line-analytic` sample points on reflections without a closed form, and for
+    /// lights that emit by a profile or an image. Their noise is then the noise of points.
     ///
     /// ```
     /// use linelit_estimators::{Estimator, MethodFacts, KnownKind, LightKind};
@@ -83,7 +87,8 @@ impl Estimator {
         self.in_place(&choice.method(&between))
     }
 
-    /// The points of a method that knows nothing, if the estimator is named for an integral.
+    /// The number of points of a method without a known part, if the estimator is named for an
+    /// integral.
     pub(crate) fn in_place(&self, method: &Method<'_>) -> Option<u32> {
         let is_named = || self.integrals().any(|by| by != Integration::Cheapest);
         let is_empty = method.known == KnownOver::Nothing;
@@ -100,11 +105,11 @@ impl Estimator {
 }
 
 impl Method<'_> {
-    /// Says what is done where these are the facts: with the techniques that take the place of
-    /// those that the light or the reflection does not have.
+    /// Describes the method in words, given these facts. Techniques that the light or the
+    /// reflection does not have are named by what replaces them.
     #[must_use]
     pub fn describe(&self, facts: &MethodFacts<'_>) -> String {
-        // Say what is integrated.
+        // Describe the integral of the known part.
         let known = match self.known {
             KnownOver::Nothing => String::new(),
             KnownOver::Lines { of, count, .. } => format!("{of} along {count} lines"),
@@ -119,7 +124,7 @@ impl Method<'_> {
             let points = Estimator::points(facts.points_by(density));
             format!("{samples} points as `{points}`, {by}")
         };
-        // Say which samples take the rest.
+        // Describe the samples for the rest.
         let rest = match self.rest {
             Rest::Nothing if known.is_empty() => return "no light".to_owned(),
             Rest::Nothing => return known,
@@ -147,7 +152,8 @@ impl Method<'_> {
 }
 
 impl MethodFacts<'_> {
-    /// The density that takes the place of one that the light does not have, or the reflection.
+    /// The density that is used for points where the light or the reflection does not have this
+    /// one.
     fn points_by(&self, by: PointBy) -> PointBy {
         use LightKind::{Cylinder, Disk, Linear, Polygon, Sky, Sphere, Textured};
         use PointDensity::{
@@ -170,7 +176,7 @@ impl MethodFacts<'_> {
         })
     }
 
-    /// The technique that takes the place of one that the light or the reflection does not have.
+    /// The technique that is used where the light or the reflection does not have this one.
     fn technique(&self, technique: Technique) -> Technique {
         match (technique, self.light) {
             (Technique::Points(points), _) => Points::by(self.points_by(points.by)).into(),

@@ -1,4 +1,10 @@
-//! `hybrid`: the rules by which it chooses (`docs/decisions/007-what-hybrid-asks.md`).
+//! This module has the rules by which `hybrid` chooses a method for each shading point and light.
+//!
+//! The rules compare times for an equal error. All times are measured in lines: a constant below
+//! says how many lines take as long as something else. For a polygon, the order is: rays past too
+//! many triangles to collect; the closed form over the visible region, if it takes no longer than
+//! lines would, or not much longer; lines, if there are enough of them; and otherwise points that
+//! share the shaft. `docs/decisions/007-what-hybrid-asks.md` has the measurements.
 
 use crate::choose::{along, region};
 use crate::estimator::Integral;
@@ -7,49 +13,51 @@ use crate::{
     VisibilityBy, Weighted, Weights,
 };
 
-/// Points, or rays that are traced together, in place of a line; fewer lines than this are points
-/// that share the shaft.
+/// The number of points, or of rays that are traced together, that replace a line. Fewer lines than
+/// this are replaced by points that share the shaft.
 const POINTS: u32 = 4;
 
-/// Points that complete the closed form of transformed cosines, at least.
+/// The least number of points that are sampled in addition to the closed form of LTCs.
 const POINTS_WITH_COSINES: u32 = 16;
 
-/// Lines that take as long as the closed form over the visible region, for each triangle in between
-/// beside one for each edge that bounds what it hides.
+/// The number of lines that take as long as the visible region, for each triangle in between, in
+/// addition to the time for each edge that bounds what the triangle hides.
 const LINES_FOR_A_TRIANGLE: f64 = 1.3;
 
-/// How much longer a method without noise may take than others, on average over a light's points.
+/// How many times longer a method without noise may take than others, on average over a light's
+/// shading points.
 const PATIENCE: f64 = 1.5;
 
-/// The time of a point before and besides the choice of a method: as many lines take as long, on
-/// diffuse surfaces and with lobes. Measured, as the next two.
+/// The time that a shading point takes apart from its method, as a number of lines, on diffuse
+/// surfaces and on surfaces with lobes. These two and the next two numbers are measured.
 const BEFORE: f64 = 4.0;
 const BEFORE_LOBES: f64 = 1.0;
 
-/// Lines on a diffuse surface that take as long as an edge of a visible region.
+/// The number of lines on a diffuse surface that take as long as an edge of a visible region.
 const LINES_FOR_AN_EDGE: f64 = 1.8;
 
-/// Lines with lobes that take as long as setting up points that are drawn by lobes, and as the
-/// [`POINTS`] that replace a line.
+/// The number of lines with lobes that take as long as setting up points that are drawn by lobes,
+/// and the number that take as long as the [`POINTS`] which replace a line.
 const POINTS_BY_LOBES: f64 = 7.0;
 const LINES_FOR_POINTS: f64 = 1.6;
 
-/// Triangles in between, for each point for the rest, up to which the closed form of transformed
-/// cosines with narrow lobes reaches an error before points do.
+/// The number of triangles in between, for each point that samples the rest, up to which the closed
+/// form of LTCs with narrow lobes reaches a given error before points do.
 const TRIANGLES_WITH_COSINES: f64 = 6.0;
 
-/// Rays towards a light that is densely occluded have less noise than lines in the same time below
-/// so many lines, below the rays that take as long as a line over the other number, and below what
-/// pilot lines tell ([`OcclusionStats::lines_ahead`](crate::OcclusionStats)), which do not know
-/// what holes in triangles cost.
+/// Towards a densely occluded light, rays have less noise than lines in the same time if there are
+/// fewer lines than one of three bounds: this number; the number of rays that take as long as a
+/// line, divided by the second number; and the bound that pilot lines found
+/// ([`OcclusionStats::lines_ahead`](crate::OcclusionStats)). Pilot lines do not know the cost of
+/// holes in triangles.
 const LINES_IF_DENSE: f64 = 8.0;
 const RAYS_FOR_LINES: f64 = 3.0;
 
-/// The number of rays that replace a line towards a light that is densely occluded, and in a
-/// combination of points in a dense shaft.
+/// The number of rays that replace a line towards a densely occluded light, and the number of
+/// points that replace a line of a combination in a dense shaft.
 pub(crate) const POINTS_IF_DENSE: u32 = 2 * POINTS;
 
-/// The method for a polygon of one radiance that is not seen as a whole.
+/// Returns the method for a polygon of one radiance that is partly hidden.
 pub(crate) fn method<'e>(
     integral: &Integral<'e>,
     facts: &MethodFacts<'_>,
@@ -64,7 +72,7 @@ pub(crate) fn method<'e>(
         }
     };
     let points = count.saturating_mul(POINTS);
-    // Too many occluders in between to collect them: rays, or lines if they are many.
+    // Past too many occluders to collect, take rays, or lines if there are many.
     let is_dense = facts.occlusion.dense || between.is_dense;
     if is_dense && are_rays_better(facts, count) {
         // Rays are cheap, and their error falls faster than their time grows.
@@ -76,7 +84,7 @@ pub(crate) fn method<'e>(
         let rays = nearest_power_of_two(count.saturating_mul(rays));
         return Method::points(by, rays, VisibilityBy::Rays);
     }
-    // The visible region, if it is found in the time of so many lines or points.
+    // Take the visible region if it is found in the time of the lines or points.
     let is_smooth = closed == Closed::Diffuse || closed == Closed::Nowhere && facts.known.are_wide;
     let with_region = points_with_cosines(count);
     let is_region_cheap = match is_smooth || matches!(closed, Closed::OverPolygons { .. }) {
@@ -98,7 +106,8 @@ pub(crate) fn method<'e>(
         }
         return region;
     }
-    // Lines, of which light is known, or a point tells most of it; else points.
+    // Take lines where they can be integrated, or a point of each has most of the light; else
+    // points.
     let takes_lines = match closed {
         Closed::Diffuse | Closed::AlongLines if between.is_dense => true,
         _ => takes_lines(facts, count),
@@ -107,8 +116,8 @@ pub(crate) fn method<'e>(
     along.unwrap_or_else(|| Method::points(by, points, VisibilityBy::Shaft))
 }
 
-/// Whether lines are taken where the visible region is not, past triangles that are kept: light
-/// along them is known, or a point of each tells most of it.
+/// Returns whether lines are taken where the visible region is not, past triangles that are kept:
+/// the light along them is known, or a point of each line represents most of it.
 fn takes_lines(facts: &MethodFacts<'_>, count: u32) -> bool {
     match facts.known.closed {
         Closed::Nowhere => facts.known.are_wide,
@@ -118,13 +127,14 @@ fn takes_lines(facts: &MethodFacts<'_>, count: u32) -> bool {
     }
 }
 
-/// Whether the closed form over all visible regions of a light, which has no noise, takes at most
-/// [`PATIENCE`] times as long as lines or points in its place, the time counted that a point takes
-/// in any case.
+/// Returns whether the closed form over the visible regions of a light takes at most [`PATIENCE`]
+/// times as long as lines or points would. The closed form has no noise. The time that a shading
+/// point takes with any method is included.
 ///
-/// All of a light's points decide together: most see all of the light or nothing of it and cost the
-/// same either way, so that a few that take long are cheap on average, and a picture without noise
-/// is worth more than one with noise in few places.
+/// The decision is made once for all shading points of a light. Most of them see all of the light
+/// or none of it, and cost the same with either method. So the few points where the closed form
+/// takes long are cheap on average, and a picture without noise is worth more than one with noise
+/// at a few points.
 fn is_exact_cheap(facts: &MethodFacts<'_>, count: u32) -> bool {
     let (lines, occlusion) = (f64::from(count), facts.occlusion);
     let (before, edge, instead) = match facts.known.closed {
@@ -143,34 +153,38 @@ fn is_exact_cheap(facts: &MethodFacts<'_>, count: u32) -> bool {
     !occlusion.dense && exact <= PATIENCE * (before + occlusion.partial * instead)
 }
 
-/// Whether rays towards a densely occluded light have less noise than lines in the same time.
+/// Returns whether rays towards a densely occluded light have less noise than lines in the same
+/// time.
 pub(crate) fn are_rays_better(facts: &MethodFacts<'_>, count: u32) -> bool {
     let by_cost = LINES_IF_DENSE.max(facts.occlusion.line_cost / RAYS_FOR_LINES);
     let lines = facts.occlusion.lines_ahead.unwrap_or(0.0).max(by_cost);
     facts.known.closed == Closed::Nowhere || f64::from(count) < lines
 }
 
-/// Whether the closed form of transformed cosines with points for the rest reaches an error before
-/// others do.
+/// Returns whether the closed form of LTCs, with points for the rest, reaches a given error before
+/// the other methods.
 pub(crate) fn takes_cosines(between: &ShaftAnswer, lines: u32) -> bool {
     let points = f64::from(points_with_cosines(lines));
     triangles(between) <= TRIANGLES_WITH_COSINES * points
 }
 
+/// The number of triangles in between.
 #[allow(clippy::cast_precision_loss, reason = "a few hundred")]
 fn triangles(between: &ShaftAnswer) -> f64 {
     between.candidates as f64
 }
 
-/// The points that complete the closed form of transformed cosines.
+/// The number of points that sample the rest after the closed form of LTCs.
 pub(crate) fn points_with_cosines(lines: u32) -> u32 {
     POINTS_WITH_COSINES.max(lines.saturating_mul(POINTS))
 }
 
-/// Points of a light that emits an image: all by the image on a diffuse surface that sees the light
-/// much alike from place to place, so that little else varies; else half of them by the image, or a
-/// third, and a third by a reflection that is [unlike](linelit_bsdf::Known::is_unlike_cosines)
-/// transformed cosines.
+/// The method for a light that emits an image. On a diffuse surface to which all of the light has
+/// about the same distance and direction, all points are drawn in proportion to the image.
+/// Otherwise the image draws half of the points; the other half is drawn by solid angle on a
+/// diffuse surface, and by LTCs on any other. On a reflection that is
+/// [unlike](linelit_bsdf::Known::is_unlike_cosines) its LTCs, image, LTCs and BSDF draw a third
+/// each.
 pub(crate) fn textured<'e>(facts: &MethodFacts<'_>) -> Method<'e> {
     const fn part(by: PointDensity) -> Part {
         Part {

@@ -1,5 +1,5 @@
-//! The integrand of the samples: the light that a point of the light sends to the viewer, less the
-//! part that is known, by transformed cosines.
+//! The integrand of the samples is the rest of the light: what a point of the light causes to be
+//! reflected to the viewer, minus the known part, which consists of LTCs.
 
 use crate::{EmissionTexture, LightSource, ShadingPoint};
 use linelit_bsdf::{LtcMixture, Reflection};
@@ -8,26 +8,26 @@ use linelit_lights::{Emission, LightPoint};
 use linelit_shading::ltc::Ltc;
 use std::f64::consts::FRAC_1_PI;
 
-/// L_e (f_r cos θ − g) per solid angle, as a function of a point of the light.
+/// The integrand L_e (f_r cos θ − g) per solid angle, as a function of a point of the light.
 #[derive(Debug)]
 pub(crate) struct Integrand<'a, R, T> {
     pub light: &'a LightSource<'a, T>,
     pub point: &'a ShadingPoint<R>,
-    /// The known part, if there is one.
+    /// The known part, if there is one, which is subtracted.
     pub known: Option<Known<'a>>,
 }
 
-/// The known part g of an integrand, of a light of one radiance.
+/// The known part g of an integrand, for a light of one radiance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known<'a> {
-    /// The transformed cosines.
+    /// The LTCs that g consists of.
     pub cosines: &'a KnownLtc,
     /// The radiance that the light sends to the shading point.
     pub emitted: DVec3,
 }
 
 impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
-    /// The value at a point that nothing hides.
+    /// Returns the value of the integrand at a point of the light, without visibility.
     #[inline]
     pub(crate) fn value(&self, at: &LightPoint) -> DVec3 {
         let emitted = self.light.emitted(at);
@@ -35,7 +35,8 @@ impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
         let Some(known) = &self.known else {
             return value;
         };
-        // The far side of a sphere sends nothing, and is no part of the known light.
+        // The far side of a sphere emits nothing towards the point, and does not belong to the
+        // known light.
         let cosine = self.point.cosine(at.direction);
         if cosine <= 0.0 || emitted == DVec3::ZERO {
             return DVec3::ZERO;
@@ -43,8 +44,8 @@ impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
         value - known.emitted * known.cosines.at(at.direction, cosine)
     }
 
-    /// Emission times reflection, where both are the same everywhere on a flat light and nothing of
-    /// it is known.
+    /// The emission times the reflection, if both are the same everywhere on a flat light and there
+    /// is no known part; otherwise `None`.
     pub(crate) fn even(&self) -> Option<Emission> {
         if self.known.is_some() {
             return None;
@@ -57,19 +58,19 @@ impl<R: Reflection, T: EmissionTexture> Integrand<'_, R, T> {
     }
 }
 
-/// The transformed cosines g(ω) that look like a reflection times the cosine, f cos θ.
+/// The LTCs g(ω) that resemble a reflection times the cosine, f cos θ.
 #[derive(Clone, Debug)]
 pub(crate) struct KnownLtc {
-    /// The surface's frame.
+    /// The frame of the surface.
     pub frame: Frame,
-    /// The albedo of the cosine itself.
+    /// The albedo of the untransformed cosine.
     pub diffuse: DVec3,
-    /// The others, each with its albedo.
+    /// The other LTCs, each with its albedo.
     pub lobes: Vec<(Ltc, DVec3)>,
 }
 
 impl Default for KnownLtc {
-    /// The cosines of a black reflection.
+    /// The LTCs of a black reflection.
     fn default() -> Self {
         Self {
             frame: Frame::from_normal(DVec3::Z),
@@ -80,7 +81,7 @@ impl Default for KnownLtc {
 }
 
 impl KnownLtc {
-    /// Sets them to those of a reflection.
+    /// Replaces these LTCs by the LTCs of a reflection.
     pub(crate) fn set(&mut self, cosines: &LtcMixture) {
         (self.frame, self.diffuse) = (cosines.frame, cosines.diffuse);
         self.lobes.clear();
@@ -89,7 +90,7 @@ impl KnownLtc {
             .extend(lobes.map(|lobe| (Ltc::new(lobe.map, 1.0), lobe.albedo)));
     }
 
-    /// g(ω), where `cosine` is cos θ.
+    /// Evaluates g(ω), given cos θ.
     pub(crate) fn at(&self, w: DVec3, cosine: f64) -> DVec3 {
         let local = self.frame.to_local(w);
         let lobes = self.lobes.iter();

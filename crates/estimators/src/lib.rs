@@ -1,4 +1,5 @@
-//! Every estimator of direct light, on your own points, reflections, lights and triangles.
+//! This crate has every estimator of direct light, for your own shading points, reflections, lights
+//! and triangles. Begin at [`estimate()`], which takes a [`Query`].
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

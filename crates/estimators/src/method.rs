@@ -1,8 +1,10 @@
-//! Methods as data: the integral in closed form, the samples for the rest, and the way in which
-//! visibility is asked for.
+//! A [`Method`] is the plan for one light and one shading point, as data. It says which part of the
+//! light is integrated, which samples take the rest, and how visibility is queried. This module
+//! also has the facts that the choice of a method depends on.
 //!
 //! Every estimate is L = ∫ g V dω + ∫ (f − g) V dω, where f is the light that the reflection sends
-//! to the viewer, V visibility and g the part of f that is known in closed form.
+//! to the viewer if nothing hides it, V is the visibility, and g is the known part of f, whose
+//! integral has a closed form.
 
 use crate::{EmissionTexture, LightSource, Lines, OcclusionStats, Part, PointBy, PointDensity};
 use crate::{Points, Query, ShadingPoint, Weights};
@@ -11,14 +13,14 @@ use linelit_geometry::{DVec3, Segment};
 use linelit_lights::Light;
 use linelit_visibility::ShaftClass;
 
-/// The kinds of lights that methods tell apart.
+/// The kinds of lights that the choice of a method distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LightKind {
-    /// A polygon of one radiance.
+    /// A polygon that has the same radiance everywhere.
     Polygon,
     /// A polygon that emits an image.
     Textured,
-    /// A linear light.
+    /// A linear light: a cylinder so thin that it is treated as its axis.
     Linear,
     /// A sphere.
     Sphere,
@@ -26,14 +28,14 @@ pub enum LightKind {
     Disk,
     /// A cylinder.
     Cylinder,
-    /// A point, a spot, or parallel light: one direction leads to it.
+    /// A delta light: a point, a spot, or parallel light, to which one direction leads.
     Delta,
-    /// An environment, or a sun.
+    /// A sky: an environment, or a sun.
     Sky,
 }
 
 impl LightKind {
-    /// All values, with their names.
+    /// All kinds, with their names.
     pub const ALL: [(&'static str, Self); 8] = [
         ("polygon", Self::Polygon),
         ("textured polygon", Self::Textured),
@@ -45,17 +47,17 @@ impl LightKind {
         ("sky", Self::Sky),
     ];
 
-    /// Whether it is a sphere or a disk, which have no lines.
+    /// Returns whether it is a sphere or a disk, on which no lines are drawn.
     pub(crate) const fn is_round(self) -> bool {
         matches!(self, Self::Sphere | Self::Disk)
     }
 
-    /// Whether it is a polygon.
+    /// Returns whether it is a polygon, with or without an image.
     pub(crate) const fn is_polygon(self) -> bool {
         matches!(self, Self::Polygon | Self::Textured)
     }
 
-    /// The kind of a light.
+    /// Returns the kind of a light.
     #[must_use]
     pub const fn of<T>(light: &LightSource<'_, T>) -> Self {
         match light.light {
@@ -71,29 +73,32 @@ impl LightKind {
     }
 }
 
-/// The closed forms that a reflection has ([`Reflection::known`]).
+/// The closed forms that the integral of a reflection times the cosine has ([`Reflection::known`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Closed {
-    /// No closed form.
+    /// There is no closed form.
     Nowhere,
-    /// Closed forms along lines: it has Gaussians.
+    /// There are closed forms along lines, since the reflection has Gaussian lobes.
     AlongLines,
-    /// Closed forms along lines and, at a cost, over polygons: it has lobes of Phong.
+    /// There are closed forms along lines and, at a cost, over polygons, since the reflection has
+    /// Phong lobes.
     OverPolygons {
-        /// The lines on a polygon, with the same lobes, that take as long as an edge of what is
-        /// visible of it.
+        /// The number of lines on a polygon, with the same lobes, whose integrals take as long as
+        /// the integral over one edge of its visible region.
         lines_for_an_edge: u32,
     },
-    /// Closed forms along lines and over lights, as cheap as visibility: it is diffuse.
+    /// There are closed forms along lines and over lights, which cost no more than visibility,
+    /// since the reflection is diffuse.
     Diffuse,
 }
 
-/// The exponent up to which a lobe of Phong's is so wide that its integral along an edge takes as
-/// long as along two lines ([`linelit_shading::phong_polygon`]); of narrower lobes, as along one.
+/// The exponent below which a Phong lobe is so wide that its integral along an edge takes as long
+/// as along two lines ([`linelit_shading::phong_polygon`]). The integral of a narrower lobe takes
+/// as long as one line.
 const WIDE_LOBE: f64 = 113.0;
 
 impl Closed {
-    /// The closed forms of a diffuse part and lobes.
+    /// The closed forms of a reflection with a diffuse part and these lobes.
     fn of(mut lobes: impl Iterator<Item = ClosedLobe>) -> Self {
         lobes
             .try_fold(Self::Diffuse, |closed, lobe| match lobe {
@@ -107,7 +112,7 @@ impl Closed {
             .unwrap_or_else(|closed| closed)
     }
 
-    /// The lines that take as long as the integral over an edge of a visible region.
+    /// The number of lines that take as long as the integral over one edge of a visible region.
     pub(crate) const fn lines_for_an_edge(self) -> u32 {
         match self {
             Self::OverPolygons { lines_for_an_edge } => lines_for_an_edge,
@@ -116,25 +121,26 @@ impl Closed {
     }
 }
 
-/// The knowledge of a reflection, as one viewer sees it, that the choice of a method depends on.
+/// What is known of a reflection, as one viewer sees it. The choice of a method depends on this.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct KnownKind {
     /// The reflection's closed forms.
     pub closed: Closed,
-    /// Whether it is known as transformed cosines ([`Reflection::transformed_cosines`]).
+    /// Whether there are LTCs that resemble it ([`Reflection::transformed_cosines`]).
     pub has_cosines: bool,
-    /// Whether samples by these cosines alone would be rare and large
+    /// Whether samples in proportion to the LTCs alone would have rare and large values
     /// ([`linelit_bsdf::Known::is_unlike_cosines`]).
     pub are_unlike: bool,
-    /// Whether all their lobes are so wide that a point of a line sees most of what is reflected.
+    /// Whether all LTCs are so wide that one point of a line represents most of the light that the
+    /// line reflects.
     pub are_wide: bool,
-    /// Whether it has no closed form, and its peaks along lines are known
+    /// Whether the reflection has no closed form, but its peaks along lines are known
     /// ([`Reflection::peaks`]), so that it can be integrated along lines by quadrature.
     pub has_peaks: bool,
 }
 
 impl KnownKind {
-    /// Kinds of reflections that techniques treat differently, with their names.
+    /// Examples of reflections that techniques treat differently, with their names.
     pub const ALL: [(&'static str, Self); 6] = {
         const fn kind(closed: Closed, is_known: bool, are_wide: bool) -> KnownKind {
             KnownKind {
@@ -162,7 +168,8 @@ impl KnownKind {
         ]
     };
 
-    /// Nothing is known, as of light that a profile turns with direction.
+    /// The value for a reflection that has neither closed forms nor LTCs, and for light with a
+    /// profile, which changes with direction.
     pub const NOTHING: Self = Self {
         closed: Closed::Nowhere,
         has_cosines: false,
@@ -171,7 +178,7 @@ impl KnownKind {
         has_peaks: false,
     };
 
-    /// The knowledge that the reflection at a shading point gives.
+    /// Returns what is known of the reflection at a shading point.
     pub fn of<R: Reflection>(point: &ShadingPoint<R>) -> Self {
         let (wo, n) = (point.outgoing, point.normal);
         let cosines = point.bsdf.transformed_cosines(wo, n);
@@ -179,8 +186,8 @@ impl KnownKind {
         Self::along(point, cosines.as_ref(), Some(line))
     }
 
-    /// The knowledge where these transformed cosines are asked for, and peaks along a line relative
-    /// to the point.
+    /// Returns what is known of the reflection, given its LTCs, if the estimator uses them, and a
+    /// line relative to the point along which peaks may be needed.
     fn along<R: Reflection>(
         point: &ShadingPoint<R>,
         cosines: Option<&LtcMixture>,
@@ -192,7 +199,7 @@ impl KnownKind {
             None => Closed::Nowhere,
             Some(form) => Closed::of(form.lobes(point.outgoing, point.normal)),
         };
-        // Where there is a closed form, nobody integrates between peaks.
+        // Peaks are needed only where there is no closed form.
         let line = line.filter(|_| closed == Closed::Nowhere);
         Self {
             closed,
@@ -204,10 +211,11 @@ impl KnownKind {
     }
 }
 
-/// The least solid angle of a wide lobe, as a share of the cosine's.
+/// The least solid angle of a wide lobe, as a fraction of the solid angle of the untransformed
+/// cosine.
 const WIDE: f64 = 0.15;
 
-/// Whether all lobes of transformed cosines are wide.
+/// Returns whether all lobes of LTCs are wide.
 fn are_wide(cosines: &LtcMixture) -> bool {
     let is_wide = |lobe: &LtcLobe| {
         let largest = [lobe.map.x_axis, lobe.map.y_axis, lobe.map.z_axis].map(DVec3::length);
@@ -217,29 +225,31 @@ fn are_wide(cosines: &LtcMixture) -> bool {
     cosines.lobes().iter().all(is_wide)
 }
 
-/// Facts about a light and a reflection that are known before visibility is asked for.
+/// The facts about a light and a reflection that are known before visibility is queried.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodFacts<'a> {
     /// The kind of the light.
     pub light: LightKind,
-    /// The knowledge of the reflection.
+    /// What is known of the reflection.
     pub known: KnownKind,
     /// Statistics of the light's occlusion.
     pub occlusion: &'a OcclusionStats,
     /// The number of samples.
     pub samples: u32,
-    /// Whether empty and blocked shafts take no samples ([`Query::skip`](crate::Query::skip)).
+    /// Whether nothing is sampled where the shaft is empty or blocked, if possible
+    /// ([`Query::skip`](crate::Query::skip)).
     pub skip: bool,
-    /// The way in which combinations ask for visibility.
+    /// The way in which combinations query visibility.
     pub ask: VisibilityBy,
-    /// The density of points of a polygon that reaches an error first: by area, of a light whose
-    /// solid angle differs little from place to place, else by solid angle.
+    /// The density of points on a polygon that reaches a given error in the least time: by area for
+    /// a light whose parts have about the same solid angle for equal areas, otherwise by solid
+    /// angle.
     pub points: PointDensity,
 }
 
 impl<'a> MethodFacts<'a> {
-    /// Facts of a query that skips what it can and shares one shaft, towards a light before which
-    /// few triangles stand, and which is seen alike from place to place.
+    /// Facts with defaults: the query skips samples where it can and shares one shaft, and the
+    /// light has few occluders and equal areas of about the same solid angle.
     #[must_use]
     pub const fn new(light: LightKind, known: KnownKind, samples: u32) -> Self {
         Self {
@@ -253,7 +263,7 @@ impl<'a> MethodFacts<'a> {
         }
     }
 
-    /// The facts of a query, by which `estimate` chooses its method.
+    /// Returns the facts of a query, by which `estimate` chooses its method.
     #[must_use]
     pub fn of<R: Reflection, T: EmissionTexture>(query: &Query<'a, R, T>) -> Self {
         Self {
@@ -262,11 +272,12 @@ impl<'a> MethodFacts<'a> {
         }
     }
 
-    /// The facts of a query before the best density of points is asked for.
+    /// Returns the facts of a query without the best density of points, which takes time to find.
     pub(crate) fn before<R: Reflection, T>(
         query: &Query<'a, R, T>,
         cosines: Option<&LtcMixture>,
     ) -> Self {
+        // Find the line along which the reflection may have peaks that matter.
         let line = match query.light.light {
             Light::Linear(light) => Some(light.segment),
             Light::Cylinder(light) => Some(light.cylinder.axis),
@@ -274,6 +285,7 @@ impl<'a> MethodFacts<'a> {
             Light::Point(_) | Light::Distant(_) | Light::Sky(_) => None,
         };
         let line = line.map(|line| line.relative_to(query.point.position));
+        // Find what is known of the reflection, which is of no use if the emission has a profile.
         let known = match query.light.profile {
             None => KnownKind::along(query.point, cosines, line),
             Some(_) => KnownKind::NOTHING,
@@ -290,71 +302,71 @@ impl<'a> MethodFacts<'a> {
     }
 }
 
-/// The answer of a shaft between a shading point and a light.
+/// What a shaft found between a shading point and a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShaftAnswer {
-    /// The class of the shaft; partial where none was asked.
+    /// The class of the shaft; partial if no shaft was built.
     pub class: ShaftClass,
-    /// Whether too many triangles are in between to keep.
+    /// Whether the shaft is dense: it has too many triangles to collect.
     pub is_dense: bool,
-    /// The triangles that are kept.
+    /// The number of triangles that were collected.
     pub candidates: usize,
-    /// Whether the visible region of the light can be found: the light is seen as a whole, or what
-    /// bounds the region is [known](linelit_visibility::Shaft::has_front); of a cylinder, whether
-    /// all of it is visible and above the horizons.
+    /// Whether the visible region of the light can be found: the light is seen as a whole, or the
+    /// occluders that bound the region are [known](linelit_visibility::Shaft::has_front). For a
+    /// cylinder: whether all of it is visible and above the horizons.
     pub has_region: bool,
 }
 
-/// A method: the light that is known, the samples for the rest, and the way to ask for visibility.
+/// A method: the known part of the light, the samples for the rest, and how visibility is queried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method<'e> {
-    /// The integral of the known part.
+    /// The integral of the known part, and the domain that it is over.
     pub known: KnownOver<'e>,
     /// The samples for the rest.
     pub rest: Rest<'e>,
-    /// The way in which visibility is asked for: always by a shaft for a region.
+    /// The way in which visibility is queried; for a visible region this is always a shaft.
     pub ask: VisibilityBy,
-    /// The samples of all of the light that take the place of both where the visible region of a
-    /// round light is so narrow, or a lobe makes it so narrow, that sums over its boundary would
-    /// lose half of their digits. No other method needs any.
+    /// The samples of the whole light that replace the known part and the rest if the visible
+    /// region of a round light is so narrow, or a lobe maps it to one so narrow, that sums over its
+    /// boundary would lose half of their digits. Methods for other lights do not need them.
     pub otherwise: Rest<'e>,
 }
 
 /// The domain over which the known part of the light is integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KnownOver<'e> {
-    /// No domain: nothing is known.
+    /// Nothing is known: all light is sampled.
     Nothing,
-    /// The visible parts of lines.
+    /// The visible parts of lines on the light.
     Lines {
-        /// The lines.
+        /// The technique that draws the lines.
         lines: &'e Lines,
         /// The number of lines.
         count: u32,
         /// The integrand.
         of: KnownIntegrand,
     },
-    /// The visible region of the light; all of the light if the shaft is empty.
+    /// The visible region of the light, which is the whole light if the shaft is empty.
     Region(KnownIntegrand),
-    /// The one direction to a light without size.
+    /// The one direction to a delta light.
     Ray,
 }
 
-/// The known integrand g.
+/// The known part g, which is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KnownIntegrand {
     /// The reflection itself, in closed form.
     Reflection,
     /// The reflection itself, by adaptive quadrature between its peaks.
     Quadrature,
-    /// The transformed cosines that look like the reflection.
+    /// The LTCs that resemble the reflection, in closed form.
     Cosines,
 }
 
-/// The samples for the part of the light that is not known.
+/// The samples for the rest, which is the part of the light that is not integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rest<'e> {
-    /// No samples: all is known.
+    /// There are no samples: all light is integrated.
     Nothing,
     /// Points of the whole light by one density.
     Points {
@@ -363,55 +375,55 @@ pub enum Rest<'e> {
         /// The number of points.
         samples: u32,
     },
-    /// Points of a round light by the lobes of the transformed cosines whose integral is known,
-    /// [without the cosine itself](linelit_shading::ltc::LtcMixture::lobes_alone): the
-    /// difference that this leaves mostly cancels.
+    /// Points of a round light in proportion to the lobes of the LTCs, [without the cosine
+    /// itself](linelit_shading::ltc::LtcMixture::lobes_alone). The integral of the LTCs is
+    /// known, and what remains of the cosine is mostly zero.
     PointsByLobes {
         /// The number of points.
         samples: u32,
     },
-    /// A point of the visible parts of each line.
+    /// One point of the visible parts of each line.
     PointsOfLines {
-        /// The lines.
+        /// The technique that draws the lines.
         lines: &'e Lines,
-        /// The number of points.
+        /// The number of lines, each with one point.
         samples: u32,
     },
-    /// Points of the visible region by the transformed cosines, whose visibility is known; where
-    /// all that is visible has an area that is rounded to zero, points of the whole light.
+    /// Points of the visible region in proportion to the LTCs, without further visibility queries.
+    /// Points of the whole light replace them if the area of the visible region is rounded to zero.
     Visible {
         /// The number of points.
         samples: u32,
     },
-    /// Several techniques on the part of the light above the horizons, weighted.
+    /// Several techniques on the part of the light above the horizons, combined by weights.
     Weighted(Weighted<'e>),
 }
 
-/// Weighted techniques that share samples.
+/// Weighted techniques that share the samples of one estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weighted<'e> {
-    /// The techniques.
+    /// The techniques with their shares.
     pub parts: &'e [Part],
-    /// Whether directions of the BSDF stand beside them, with a share of one.
+    /// Whether directions from the BSDF are one more technique, with a share of one.
     pub with_bsdf: bool,
-    /// The points that replace lines of integrals ([`Lines::integration`]); `None` keeps lines, of
-    /// which points are drawn.
+    /// The density of the points that replace lines with integrals ([`Lines::integration`]); `None`
+    /// keeps the lines, and draws points of them.
     pub integrals: Option<PointDensity>,
-    /// Whether points by transformed cosines leave out the cosine itself, as
+    /// Whether points in proportion to LTCs leave out the cosine itself, as in
     /// [`Rest::PointsByLobes`].
     pub lobes_alone: bool,
-    /// The weights.
+    /// The weights that combine the techniques.
     pub weights: Weights,
-    /// The samples of all together.
+    /// The number of samples of all techniques together.
     pub samples: u32,
 }
 
-/// The way in which visibility is asked for.
+/// The way in which visibility is queried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VisibilityBy {
-    /// A traversal for each point and each line, as published.
+    /// Each point and each line traverses the hierarchy by itself, as published.
     Rays,
-    /// One shaft for all (`docs/decisions/008-one-shaft-for-combinations.md`).
+    /// One shaft answers all queries (`docs/decisions/008-one-shaft-for-combinations.md`).
     Shaft,
 }
 
@@ -425,15 +437,15 @@ impl<'e> Method<'e> {
         }
     }
 
-    /// Samples alone.
+    /// A method without a known part.
     pub(crate) const fn sampled(rest: Rest<'e>, ask: VisibilityBy) -> Self {
         Self::new(KnownOver::Nothing, rest, ask)
     }
 
-    /// The method of a light that is wholly hidden.
+    /// The method for a light that is wholly hidden: it causes no light.
     pub(crate) const NONE: Self = Self::sampled(Rest::Nothing, VisibilityBy::Shaft);
 
-    /// One shadow ray to a light without size, whatever the estimator.
+    /// One shadow ray to a delta light, for any estimator.
     pub(crate) const RAY: Self = Self::new(KnownOver::Ray, Rest::Nothing, VisibilityBy::Rays);
 
     pub(crate) const fn region(of: KnownIntegrand) -> Self {
@@ -448,7 +460,7 @@ impl<'e> Method<'e> {
         Self::sampled(Rest::PointsOfLines { lines, samples }, VisibilityBy::Shaft)
     }
 
-    /// Whether the estimate has no noise.
+    /// Returns whether the estimate has no noise.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         matches!(self.known, KnownOver::Region(_) | KnownOver::Ray) && self.rest == Rest::Nothing
@@ -456,8 +468,8 @@ impl<'e> Method<'e> {
 }
 
 impl Weighted<'_> {
-    /// The techniques with their shares, with points in place of lines of integrals where they are
-    /// replaced.
+    /// The techniques with their shares, after lines with integrals have been replaced by points
+    /// where this is to be done.
     pub(crate) fn techniques(&self) -> impl Iterator<Item = Part> {
         let beside = self.with_bsdf.then(|| Part::one(Points::bsdf()));
         let replaced = |part: &Part| match self.integrals {

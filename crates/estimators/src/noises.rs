@@ -1,57 +1,63 @@
-//! The noise that is to be expected of lines and of rays, by the visible parts of a few lines.
+//! This module predicts the noise of lines and of rays past a dense shaft, from the visible parts
+//! of a few pilot lines. `hybrid` uses the prediction to decide between lines and rays.
 //!
-//! A shading point sees a light past a dense shaft. Pilot lines through it, in one direction, say
-//! which parts of each are visible, and what light comes from there:
+//! Pilot lines in one direction go through the shaft of a shading point. For each line we know its
+//! visible parts and the light that comes from them:
 //!
 //! ```text
-//!      █████░░░░███   Lines whose light changes from one to the next make noise of lines: by
-//!      ████░░░░░███   their second differences, for 8, 16 and 32 lines. Cells of a grid of
-//!      ███░░░░█████   rays, of which some lines see a part and others none, make noise of rays.
+//!      █████░░░░███   The noise of lines comes from light that changes from one line to the next:
+//!      ████░░░░░███   their second differences predict it for 8, 16 and 32 lines. The noise of
+//!      ███░░░░█████   rays comes from cells of a grid of rays that are visible in part, as some
+//!                     lines show.
 //! ```
 //!
-//! Both fall as powers of the number of samples. Lines are ahead from where they cross.
+//! Both variances fall as powers of the number of samples. Where these powers cross is the number
+//! of lines from which on lines have less noise than rays in the same time.
 
 use linelit_elementary::{exp2, ln};
 use linelit_geometry::intervals::Interval;
 
-/// Lines of a shading point in each direction, in the middles of as many strata.
+/// The number of lines of a shading point in each direction, in the middles of as many strata.
 pub(crate) const PILOTS: usize = 32;
 
-/// Numbers of lines whose noise is estimated: every fourth pilot line, every second, each.
+/// The numbers of lines for which noise is predicted, by every fourth pilot line, every second one,
+/// and each.
 const NUMBERS: [usize; 3] = [PILOTS / 4, PILOTS / 2, PILOTS];
 
-/// Rays across and down whose noise is estimated.
+/// The number of rays across, and down, for which noise is predicted.
 const RAYS: usize = 8;
 
-/// The number of shading points from which on the estimate is used.
+/// The least number of shading points for which the prediction is used.
 const LEAST_POINTS: u32 = 8;
 
-/// The power of their number by which stratified rays lose variance where edges cross their cells.
+/// The power of their number by which the variance of stratified rays falls where edges cross
+/// cells.
 const ORDER_OF_RAYS: f64 = 1.5;
 
-/// The variance of jittered rays over that of scrambled nets in penumbrae: measured, 1.3 to 1.9.
+/// The variance of jittered rays divided by the variance of scrambled nets in penumbrae: measured,
+/// 1.3 to 1.9.
 const NETS: f64 = 1.5;
 
-/// The power of their number by which lines that share a walk take longer where they are fewer:
-/// measured.
+/// The power of their number by which each of the lines that share a traversal takes longer if
+/// there are fewer of them: measured.
 const DEARER_IF_FEW: f64 = 0.4;
 
-/// The noise to be expected of lines and of rays towards one light, as some shading points see it.
+/// The predicted noise of lines and of rays towards one light, as some shading points see it.
 ///
-/// Noise is the standard deviation of the mean. Square roots of it are summed over the points, so
-/// that a few noisy points do not decide; only ratios of the sums have a meaning.
+/// Noise is the standard deviation of the mean. Square roots of it are summed over the shading
+/// points, so that a few noisy points do not dominate. Only ratios of the sums have a meaning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ExpectedNoise {
-    /// The noise of [`NUMBERS`] of lines with slopes.
+    /// The noise of these [`NUMBERS`] of lines with slopes as control variates.
     lines: [f64; 3],
     /// The noise of [`RAYS`]² stratified rays.
     rays: f64,
-    /// Shading points that see a part of the light.
+    /// The number of shading points that see a part of the light.
     points: u32,
 }
 
 impl ExpectedNoise {
-    /// Adds a shading point, by the light that each pilot line sends, and its visible parts.
+    /// Adds a shading point, given the light that each pilot line sends and its visible parts.
     pub(crate) fn add<'v>(
         &mut self,
         values: &[f64; PILOTS],
@@ -67,8 +73,9 @@ impl ExpectedNoise {
         self.rays += variance_of_rays(values, parts).sqrt().sqrt();
     }
 
-    /// The number from which on lines, each of which takes as long as `rays` if there are
-    /// [`PILOTS`], have less variance than rays in the same time; `None` if too little was seen.
+    /// The number of lines from which on lines have less variance than rays in the same time, where
+    /// each line takes as long as `rays` rays if there are [`PILOTS`] lines. `None` if too few
+    /// points were seen.
     #[allow(clippy::cast_precision_loss, reason = "few")]
     pub(crate) fn lines_ahead_of_rays(&self, rays: f64) -> Option<f64> {
         let mut noises = self.lines.iter().chain([&self.rays]);
@@ -76,14 +83,15 @@ impl ExpectedNoise {
         if self.points < LEAST_POINTS || !are_known {
             return None;
         }
-        // Logarithms of the variance of lines over that of rays in the same time.
+        // Find the logarithms of the variance of lines over the variance of rays in the same time,
+        // for each number of lines.
         let ratios: [f64; 3] = std::array::from_fn(|k| {
             let number = NUMBERS[k] as f64;
             let dearer = DEARER_IF_FEW * ln(PILOTS as f64 / number);
             let rays = ln(number * rays / (RAYS * RAYS) as f64) + dearer;
             4.0 * ln(self.lines[k] / self.rays) + ORDER_OF_RAYS * rays + ln(NETS)
         });
-        // Beyond as between the nearest two.
+        // Find where the ratio is one, along the straight line through the nearest two.
         let k = usize::from(ratios[1] > 0.0);
         let falls = ratios[k] - ratios[k + 1];
         Some(if falls > 0.0 {
@@ -96,30 +104,33 @@ impl ExpectedNoise {
     }
 }
 
-/// The sum of the squares of how far values are from the mean of those `step` before and behind,
-/// for values that far from each other.
+/// The sum of the squared differences between each value and the mean of the two values `step`
+/// before and behind it, divided by `step`: an average over `step` interleaved subsequences, each
+/// of which holds every `step`th value.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 pub(crate) fn unevenness(values: &[f64; PILOTS], step: usize) -> f64 {
     let second = |v: &[f64]| (v[step] - 0.5 * (v[0] + v[2 * step])).powi(2);
     values.windows(2 * step + 1).map(second).sum::<f64>() / step as f64
 }
 
-/// The variance of the mean over so many lines with slopes: Σd²/(2 N²), of the second differences
+/// The variance of the mean over `number` lines with slopes: Σd²/(2 N²), for the second differences
 /// d of N values.
 ///
-/// A jump J between two lines has Σd² = J²/2, and N lines J²/(8 N²) of variance from it; noise
-/// of variance σ² in each line 1.5 N σ², and they σ²/N to 1.5 σ²/N.
+/// This formula is a compromise. A jump J between two lines has Σd² = J²/2, and causes a variance
+/// of J²/(8 N²) in the mean of N lines. Noise of variance σ² in each line has Σd² = 1.5 N σ², and
+/// causes a variance of σ²/N to 1.5 σ²/N.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 fn variance_of_lines(values: &[f64; PILOTS], number: usize) -> f64 {
     unevenness(values, PILOTS / number) / (2 * number * number) as f64
 }
 
-/// The variance of the mean over n = [`RAYS`]² stratified rays, drawn by the light that would come
-/// where nothing hides it: M Σ m p (1 − p)/n, if M comes in all, and m from a cell of which the
-/// share p is visible.
+/// The variance of the mean over n = [`RAYS`]² stratified rays in proportion to the unshadowed
+/// light: M Σ m p (1 − p)/n, where M is all unshadowed light, m the part of it from a cell, and p
+/// the fraction of that part that is visible.
 #[allow(clippy::cast_precision_loss, reason = "few")]
 fn variance_of_rays<'v>(values: &[f64; PILOTS], parts: impl Fn(usize) -> &'v [Interval]) -> f64 {
-    // Find what each line would send; lines that are wholly hidden do not say it.
+    // Find what each line would send if nothing hid it; a line that is wholly hidden does not show
+    // it.
     let mut unhidden = [0.0; PILOTS];
     for (i, (unhidden, value)) in unhidden.iter_mut().zip(values).enumerate() {
         let visible: f64 = parts(i).iter().map(Interval::length).sum();
@@ -129,6 +140,7 @@ fn variance_of_rays<'v>(values: &[f64; PILOTS], parts: impl Fn(usize) -> &'v [In
     }
     let some = unhidden.iter().filter(|sent| **sent > 0.0);
     let mean = unhidden.iter().sum::<f64>() / some.count().max(1) as f64;
+    // Add up the variances of the cells, each of which some lines of a column cross.
     let mut sum = 0.0;
     for (column, sent) in unhidden.chunks_exact(PILOTS / RAYS).enumerate() {
         let all: f64 = sent.iter().sum();
@@ -155,7 +167,7 @@ mod tests {
     use linelit_testkit::rng::SplitMix64;
     use linelit_testkit::ztest::Welford;
 
-    /// The variance of the mean of a function over so many lines with slopes.
+    /// The measured variance of the mean of a function over this many lines with slopes.
     fn measured(f: impl Fn(f64) -> f64, number: usize) -> f64 {
         let sampler = Sampler::new(SamplerKind::Stratified, 3);
         let mut offsets = Slopes::default();
@@ -167,8 +179,9 @@ mod tests {
         (0..400).map(&mut mean).collect::<Welford>().variance()
     }
 
-    /// What is expected is about twice what is measured of jumps, as much of corners, and half to
-    /// two thirds of noise, which slopes add to; means over 60 functions are good to a tenth.
+    /// The predicted variance is about twice the measured one for jumps, about equal for corners,
+    /// and half to two thirds of it for noise, which slopes increase. Means over 60 functions are
+    /// good to a tenth.
     #[test]
     fn noise_of_lines_is_expected() {
         let mut random = SplitMix64::new(9);
@@ -194,9 +207,9 @@ mod tests {
         }
     }
 
-    /// Half planes with any edge, before a light that is brighter on one side: what is expected of
-    /// rays that are drawn by brightness is what cells have of it, integrated finely; four lines in
-    /// each tell it to an eighth.
+    /// For half planes with any edge, before a light that is brighter on one side, the prediction
+    /// is compared with the variance of rays in each cell, integrated finely. Four lines in each
+    /// cell give it to an eighth.
     #[test]
     fn noise_of_rays_is_expected() {
         let mut random = SplitMix64::new(10);
@@ -231,7 +244,7 @@ mod tests {
         assert!((0.9..1.1).contains(&ratio), "{ratio}");
     }
 
-    /// Where both fall as powers of their number, lines are ahead from where the powers cross.
+    /// If both variances are powers of the number of samples, the result is where the powers cross.
     #[test]
     fn lines_are_ahead_where_variances_cross() {
         for (size, order, cost) in [(0.3, 2.0, 5.0), (40.0, 2.5, 20.0), (1e3, 3.5, 60.0)] {
@@ -245,7 +258,8 @@ mod tests {
             let n = noises.lines_ahead_of_rays(cost).expect("known");
             let rays = n * cost * (PILOTS as f64 / n).powf(DEARER_IF_FEW);
             let ratio = of_lines(n) / of_rays(rays);
-            // Logarithms of up to ten, a few roundings each, four times over, times a slope of one.
+            // The logarithms are at most ten and have a few roundings each, times four, times a
+            // slope of one.
             assert!((ratio - 1.0).abs() < 1e-12, "{n}: {ratio}");
             let few = ExpectedNoise {
                 points: LEAST_POINTS - 1,

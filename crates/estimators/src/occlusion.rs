@@ -1,4 +1,6 @@
-//! Statistics of the occlusion of a light, from points that it is seen from.
+//! This module gathers statistics about the occlusion of a light, from points from which it is
+//! seen. A renderer does so once for each light before the first estimate, so that `hybrid` can
+//! choose by these statistics.
 
 use crate::pilot_lines::{PilotLines, middle, tests};
 use crate::view::LightView;
@@ -8,37 +10,37 @@ use linelit_bsdf::Reflection;
 use linelit_lights::{AreaLight, AreaSampler, PointTechnique as _};
 use linelit_visibility::ShaftClass;
 
-/// A light is densely occluded if more than this share of its shafts is dense.
+/// A light is densely occluded if more than this fraction of its shafts is dense.
 const DENSE: f64 = 0.2;
 
-/// The time of tests for lines, in that of tests for rays, which are traced together but end at the
-/// first triangle that they meet: measured.
+/// The time of a test for lines, relative to a test for rays. Rays are traced together but end at
+/// the first triangle that they hit. Measured.
 const TIME_OF_TESTS: f64 = 0.5;
 
-/// Points of the light, across and down, that rays are sent to.
+/// The number of points of the light to which rays are sent, across and down.
 const POINTS: usize = 4;
 
-/// Gathers the [`OcclusionStats`] of one area light from points that it is seen from.
+/// A probe gathers the [`OcclusionStats`] of one area light from points that see it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OcclusionProbe {
-    /// Shafts towards the light.
+    /// The number of shafts towards the light.
     shafts: u32,
     /// The number of shafts that were dense.
     dense: u32,
     /// The number of shafts that were neither dense nor empty nor blocked.
     partial: u32,
-    /// Triangles in the shafts that were not dense.
+    /// The number of triangles in the shafts that were not dense.
     candidates: usize,
-    /// Edges that bound what those hide.
+    /// The number of edges that bound the parts which these triangles hide.
     edges: usize,
-    /// Tests of rays past dense shafts.
+    /// The number of boxes and triangles that rays past dense shafts were tested against.
     dense_ray_tests: u64,
     pilots: PilotLines,
 }
 
 impl OcclusionProbe {
-    /// Asks for the shaft from the point of a query to its light, and sends rays and lines there if
-    /// too much is in between to keep.
+    /// Builds the shaft from the point of a query to its light. If the shaft is dense, sends rays
+    /// and pilot lines through it, too.
     pub fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
@@ -62,7 +64,7 @@ impl OcclusionProbe {
             self.candidates += candidates;
             self.edges += penumbra.edge_count();
         }
-        // Past a dense shaft compare what rays cost with what lines cost.
+        // Past a dense shaft, compare the cost of rays with the cost of lines.
         if is_dense {
             let before = tests(&buffers.scratch.counters);
             let sampler = AreaSampler::new(&area.polygon);
@@ -79,8 +81,8 @@ impl OcclusionProbe {
         }
     }
 
-    /// Sends lines from the point of a query to its light, unless too much stands in between: for
-    /// which [`OcclusionProbe::look`] does, at fewer points.
+    /// Sends pilot lines from the point of a query to its light, unless the shaft is dense: for
+    /// dense shafts [`OcclusionProbe::look`] does this, at fewer points.
     pub fn look_along_lines<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
@@ -98,7 +100,7 @@ impl OcclusionProbe {
         }
     }
 
-    /// The statistics.
+    /// Returns the statistics of all points so far.
     #[must_use]
     pub fn stats(self) -> OcclusionStats {
         let mut stats = OcclusionStats {

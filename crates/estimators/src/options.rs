@@ -1,4 +1,5 @@
-//! The options of techniques in texts: `key=value,…` in brackets.
+//! This module reads and writes the options of techniques in the texts of estimators: `key=value,…`
+//! in brackets.
 
 use crate::technique::NU;
 use crate::{
@@ -10,7 +11,7 @@ use linelit_lights::linear::LinearTechnique;
 use std::f64::consts::PI;
 use std::fmt;
 
-/// The reason for which a text names no estimator.
+/// The reason why a text is not an estimator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseEstimatorError {
     message: String,
@@ -18,8 +19,8 @@ pub struct ParseEstimatorError {
 }
 
 impl ParseEstimatorError {
-    /// The word that is no name, and the names that could stand in its place: of a
-    /// technique, an option, or an option's value. `None` where something else is wrong.
+    /// The unknown word, and the names that are allowed at its position: names of techniques, of
+    /// options, or of an option's values. `None` if the error has another reason.
     ///
     /// ```
     /// use linelit_estimators::Estimator;
@@ -45,6 +46,7 @@ impl std::error::Error for ParseEstimatorError {}
 
 pub(crate) type Result<T> = std::result::Result<T, ParseEstimatorError>;
 
+/// Returns an error with a message.
 pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
     Err(ParseEstimatorError {
         message: message.into(),
@@ -52,14 +54,14 @@ pub(crate) fn error<T>(message: impl Into<String>) -> Result<T> {
     })
 }
 
-/// An [`error`] about a word that is none of some names.
+/// Returns an error about a word that is not one of the allowed names.
 fn unknown<T>(message: String, word: &str, names: Vec<&'static str>) -> Result<T> {
     let unknown = Some((word.to_owned(), names));
     Err(ParseEstimatorError { message, unknown })
 }
 
-/// The value of a name in a table; else an error about the word, with a message from the names that
-/// could stand in its place.
+/// Looks up a name in a table. If it is not there, returns an error about the word; its message is
+/// made from the names in the table.
 pub(crate) fn find<V: Copy>(
     table: &[(&'static str, V)],
     word: &str,
@@ -72,7 +74,7 @@ pub(crate) fn find<V: Copy>(
     unknown(message(&names), word, names)
 }
 
-/// Names as a list that ends with `or`.
+/// Joins names to a list that ends with `or`.
 fn either(names: &[&str]) -> String {
     match names {
         [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
@@ -80,16 +82,16 @@ fn either(names: &[&str]) -> String {
     }
 }
 
-/// The options in the brackets of one technique, until they are read.
+/// The options in the brackets of one technique. Each is removed when it is read.
 pub(crate) struct Options<'a> {
     technique: &'a str,
     unread: Vec<(&'a str, &'a str)>,
-    /// The keys that were asked for.
+    /// The keys that were looked up so far.
     keys: Vec<&'static str>,
 }
 
 impl<'a> Options<'a> {
-    /// The options of a text `key=value,…`.
+    /// Splits a text `key=value,…` into options.
     pub(crate) fn new(technique: &'a str, text: &'a str) -> Self {
         let options = text.split(',').map(str::trim).filter(|o| !o.is_empty());
         Self {
@@ -101,7 +103,8 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// The value of an option, the last if it is said again.
+    /// Removes an option and returns its value; if the option occurs more than once, its last
+    /// value.
     pub(crate) fn take(&mut self, key: &'static str) -> Option<&'a str> {
         if !self.keys.contains(&key) {
             self.keys.push(key);
@@ -111,8 +114,9 @@ impl<'a> Options<'a> {
         Some(value)
     }
 
-    /// Sets an option to what `read` makes of its value, if it is said, and tells whether it is;
-    /// where `read` makes nothing of it, an error says what was expected.
+    /// Sets an option to the value that `read` parses, if the option occurs in the text, and
+    /// returns whether it does. If `read` returns `None`, there is an error that says what was
+    /// expected.
     fn read<V>(
         &mut self,
         key: &'static str,
@@ -130,7 +134,8 @@ impl<'a> Options<'a> {
         Ok(true)
     }
 
-    /// Sets an option that is one of a few, if it is said, and tells whether it is.
+    /// Sets an option that has a few named values, if it occurs in the text, and returns whether it
+    /// does.
     fn choose<V: Copy, const N: usize>(
         &mut self,
         key: &'static str,
@@ -146,7 +151,7 @@ impl<'a> Options<'a> {
         Ok(true)
     }
 
-    /// Checks that all have been read.
+    /// Checks that all options have been read.
     pub(crate) fn done(self) -> Result<()> {
         let Some((key, _)) = self.unread.first() else {
             return Ok(());
@@ -158,7 +163,7 @@ impl<'a> Options<'a> {
 }
 
 impl Points {
-    /// Points with the options that a text says.
+    /// Returns the points with the options of the text.
     pub(crate) fn read(mut self, options: &mut Options<'_>) -> Result<Self> {
         if let PointBy::Linear(linear) = self.by {
             self.by = PointBy::Linear(linear.read(options)?);
@@ -170,7 +175,7 @@ impl Points {
         Ok(self)
     }
 
-    /// The options that are not the default, as `key=value`.
+    /// Writes the options that differ from their defaults, as `key=value`.
     pub(crate) fn write(self, out: &mut Vec<String>) {
         if let PointBy::Linear(linear) = self.by {
             linear.write(out);
@@ -219,6 +224,7 @@ impl LinearOptions {
     }
 }
 
+/// The technique for linear lights of a name.
 fn named(name: &str) -> Result<LinearTechnique> {
     if let Some(found) = LinearTechnique::ALL.into_iter().find(|t| t.name() == name) {
         return Ok(found);
@@ -229,7 +235,7 @@ fn named(name: &str) -> Result<LinearTechnique> {
     unknown(message, name, names)
 }
 
-/// The heuristics of `technique=ltc`, with their defaults.
+/// The heuristics of `technique=ltc`, with their default options.
 const HEURISTICS: [(&str, LinearHeuristic); 4] = [
     (
         "balance",
@@ -240,6 +246,7 @@ const HEURISTICS: [(&str, LinearHeuristic); 4] = [
     ("clamped-optimal", LinearHeuristic::ClampedOptimal(NU)),
 ];
 
+/// The heuristic of `technique=ltc` that the options `mis`, `nu` and `with` choose.
 fn heuristic(
     mis: Option<&str>,
     nu: Option<f64>,
@@ -264,13 +271,13 @@ fn heuristic(
     })
 }
 
-/// The most points that a piece of a line gets.
+/// The largest number of points on a piece of a line.
 const MOST_POINTS: u8 = 64;
 
-/// The values of `orientation`.
+/// The values of `orientation`, for error messages.
 const DIRECTIONS: &str = "adaptive, parallel, uniform, stratified, origin, fixed:FRACTION (of a half turn) or spread:COUNT (at most 8)";
 
-/// The values of `orientation` that have no number.
+/// The values of `orientation` that are plain names.
 const NAMED_DIRECTIONS: [(&str, LineDirection); 5] = [
     ("adaptive", LineDirection::Adaptive),
     ("parallel", LineDirection::Parallel),
@@ -280,8 +287,8 @@ const NAMED_DIRECTIONS: [(&str, LineDirection); 5] = [
 ];
 
 impl Lines {
-    /// Lines with the options that a text says, and whether one was said that only weighted
-    /// techniques have.
+    /// Returns the lines with the options of the text, and whether one of these options is only
+    /// possible for weighted techniques.
     pub(crate) fn read(mut self, options: &mut Options<'_>) -> Result<(Self, bool)> {
         if let Some(Integration::Exact(exact)) = &mut self.integration {
             exact.read(options)?;
@@ -307,7 +314,7 @@ impl Lines {
         Ok((self, pieces || points || spread))
     }
 
-    /// The options that are not the default, as `key=value`.
+    /// Writes the options that differ from their defaults, as `key=value`.
     pub(crate) fn write(self, out: &mut Vec<String>) {
         if let Some(Integration::Exact(exact)) = self.integration {
             exact.write(out);
@@ -350,6 +357,7 @@ impl ExactOptions {
     }
 }
 
+/// Parses a value of `orientation`.
 fn direction(value: &str) -> Option<LineDirection> {
     if let Some((_, named)) = NAMED_DIRECTIONS.iter().find(|(name, _)| *name == value) {
         return Some(*named);
@@ -364,8 +372,8 @@ fn direction(value: &str) -> Option<LineDirection> {
     }
 }
 
-/// The fraction of a half turn in `fixed:FRACTION`, 0 if it is not said; `None` for anything else,
-/// and for fractions so large that there is no number for the angle.
+/// The fraction of a half turn in `fixed:FRACTION`, which is 0 without `:FRACTION`. `None` for
+/// other texts, and for fractions so large that the angle would overflow.
 fn fixed(value: &str) -> Option<f64> {
     let fraction: f64 = match value.strip_prefix("fixed")? {
         "" => 0.0,

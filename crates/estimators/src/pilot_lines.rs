@@ -1,4 +1,5 @@
-//! Pilot lines, which tell beforehand in which direction lines are best past the occluders.
+//! Pilot lines are sent to a light before the first estimate, to find the direction in which lines
+//! have the least noise past its occluders, and what they cost.
 
 use crate::integrand::Integrand;
 use crate::known::lines::LineMemory;
@@ -14,37 +15,39 @@ use linelit_lights::{
 use linelit_visibility::{Counters, Shaft};
 use std::f64::consts::PI;
 
-/// Points of a visible part where nothing is known of the reflection.
+/// The number of points of a visible part, where the reflection has no closed form.
 const POINTS: usize = 4;
-/// The weight of each of them.
+/// The weight of each of these points.
 const POINTS_SHARE: f64 = 1.0 / POINTS as f64;
 
-/// Tests of boxes and triangles that take as long as keeping one triangle for points to be tested
-/// against: measured.
+/// The number of tests against boxes and triangles that take as long as collecting one triangle
+/// against which points are then tested: measured.
 const TESTS_FOR_A_CANDIDATE: u64 = 5;
 
-/// The number of tests of boxes and triangles that take as long as sorting out a visible piece of a
-/// line and integrating along it: measured, to a factor of two.
+/// The number of tests against boxes and triangles that take as long as finding one visible piece
+/// of a line and integrating along it: measured, to a factor of two.
 const TESTS_FOR_A_PIECE: u64 = 30;
 
-/// The deviation of the light along visible parts from line to line, in a few directions, and the
-/// time that lines take.
+/// Pilot lines of all shading points so far: how much the light changes from line to line in a few
+/// directions, and what the lines cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PilotLines {
     /// The directions, in half turns from the light's first edge.
     directions: [f64; DIRECTIONS],
-    /// The deviations on surfaces with a closed form, and on others.
+    /// How much the light changes, on surfaces with a closed form and on all others.
     deviations: [Deviations; 2],
-    /// The cost of lines through dense shafts, in tests of boxes and triangles.
+    /// The cost of lines through dense shafts, in tests against boxes and triangles.
     tests: [u64; DIRECTIONS],
-    /// The noise that lines and rays past dense shafts are expected to have, on surfaces with a
-    /// closed form.
+    /// The predicted noise of lines and rays past dense shafts, on surfaces with a closed form.
     noises: [ExpectedNoise; DIRECTIONS],
 }
 
-/// Sums over shading points of the root of how far what lines send to the viewer is from the mean
-/// of the lines beside, which slopes ([`LineControl::Slopes`](crate::LineControl::Slopes)) leave as
-/// noise, in root mean square up to a factor: without the root, a few points of many would decide.
+/// How much the light along visible parts changes from line to line, in each direction.
+///
+/// Slopes ([`LineControl::Slopes`](crate::LineControl::Slopes)) leave as noise the difference
+/// between a line's light and the mean of its two neighbours. The root mean square of that
+/// difference is the deviation of a shading point, up to a factor. Its square root is added up over
+/// the points; without the root, a few points of many would dominate.
 #[derive(Clone, Copy, Debug, Default)]
 struct Deviations {
     /// The sum of the deviations in each direction.
@@ -54,10 +57,10 @@ struct Deviations {
 }
 
 impl PilotLines {
-    /// The number of lines of a shading point in each direction.
+    /// The number of pilot lines of a shading point in each direction.
     pub(crate) const LINES: f64 = PILOTS as f64;
 
-    /// Sends pilot lines of all directions through the shaft of a query.
+    /// Sends pilot lines in each direction through the shaft of a query, and adds what they find.
     pub(crate) fn look<R: Reflection, T: EmissionTexture>(
         &mut self,
         query: &Query<'_, R, T>,
@@ -68,6 +71,7 @@ impl PilotLines {
         let Some(light) = view.polygon() else {
             return;
         };
+        // Use the closed form of the reflection if it has one, else a few points of each part.
         let (visible, pieces) = (&mut memory.visible, &mut memory.pieces);
         let is_dense = shaft.is_dense();
         let form = query.point.known().closed_form();
@@ -80,6 +84,7 @@ impl PilotLines {
         let deviations = &mut self.deviations[usize::from(form.is_none())];
         self.directions = directions(light);
         for (k, fraction) in self.directions.iter().enumerate() {
+            // Find the visible parts of evenly spaced lines in this direction.
             let family = LineSampler::new(light, fraction * PI, OffsetDensity::Length);
             let lines: [LineSample; PILOTS] =
                 std::array::from_fn(|i| family.sample(middle(i, PILOTS)));
@@ -88,6 +93,7 @@ impl PilotLines {
             if is_dense {
                 self.tests[k] += tests_of_lines(shaft.counters()) - before;
             }
+            // Find the light that each line sends to the viewer.
             let value = |i: usize| {
                 let (line, parts) = (&lines[i], visible.line(i));
                 if !line.pdf.is_positive() {
@@ -104,10 +110,12 @@ impl PilotLines {
                 };
                 sum.element_sum() / line.pdf.value()
             };
-            // Not by `from_fn`, which would be called for each.
+            // An iterator fills the array: `from_fn` would not inline the closure, but call it for each
+            // line.
             let mut values = [0.0; PILOTS];
             let of_lines = (0..PILOTS).map(value);
             of_lines.zip(&mut values).for_each(|(v, out)| *out = v);
+            // Add how much the light changes from line to line, and the noise that this predicts.
             let deviation = unevenness(&values, 1).sqrt().sqrt();
             deviations.sums[k] += deviation;
             deviations.count += u64::from(deviation > 0.0);
@@ -117,25 +125,27 @@ impl PilotLines {
         }
     }
 
-    /// The direction of the least deviation; `None` where there is none at all, or nothing was
-    /// looked at.
+    /// The direction with the least deviation; `None` if no shading point was seen, or the light
+    /// does not change from line to line.
     pub(crate) fn direction(&self) -> Option<f64> {
         let best = self.best();
         (self.deviations()[best] > 0.0).then_some(self.directions[best])
     }
 
-    /// Returns the cost of its lines through dense shafts, in tests of boxes and triangles.
+    /// The cost of the lines in the best direction through dense shafts, in tests against boxes and
+    /// triangles.
     pub(crate) fn tests(&self) -> u64 {
         self.tests[self.best()]
     }
 
-    /// The number of lines from which on lines past dense shafts, each of which takes as long as
-    /// `rays`, have less noise than rays in the same time; `None` if that is not known.
+    /// The number of lines from which on lines past dense shafts have less noise than rays in the
+    /// same time, where a line takes as long as `rays` rays; `None` if that is not known.
     pub(crate) fn lines_ahead_of_rays(&self, rays: f64) -> Option<f64> {
         self.noises[self.best()].lines_ahead_of_rays(rays)
     }
 
-    /// Those of most shading points: of a narrow lobe, a few points of a line tell little.
+    /// The deviations for the kind of reflection that most shading points have. On narrow lobes, a
+    /// few points of a line say little about its light.
     fn deviations(&self) -> &[f64; DIRECTIONS] {
         let [closed, others] = &self.deviations;
         match closed.count >= others.count {
@@ -144,7 +154,7 @@ impl PilotLines {
         }
     }
 
-    /// The number of the best direction.
+    /// The index of the best direction.
     fn best(&self) -> usize {
         let all = self.deviations().iter().enumerate();
         let least = all.min_by(|a, b| a.1.total_cmp(b.1));
@@ -152,7 +162,8 @@ impl PilotLines {
     }
 }
 
-/// The light that the visible parts of a line send to the viewer, by a few points of each.
+/// The light that the visible parts of a line send to the viewer, estimated by a few points of each
+/// part.
 fn by_points<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     polygon: &ConvexPolygon,
@@ -171,16 +182,16 @@ fn by_points<R: Reflection, T: EmissionTexture>(
     light.sum()
 }
 
-/// Directions that are compared.
+/// The number of directions that are compared.
 const DIRECTIONS: usize = 4;
 
-/// Directions to compare, in half turns from the first edge of a light: of a triangle those of its
-/// edges, of a quadrilateral those of two edges and the diagonals, of any other light that of the
-/// first edge and those at even angles to it.
+/// The directions to compare for a light, in half turns from its first edge. For a triangle these
+/// are the directions of its edges; for a quadrilateral, of two edges and the diagonals; for any
+/// other light, of the first edge and at even angles to it.
 ///
-/// Lines along an edge of a parallelogram all have one length, and occluders are often parallel
-/// to one of both; no edge of occluders that are aligned with the light is parallel to its
-/// diagonals.
+/// Lines along an edge of a parallelogram all have the same length, and occluders are often
+/// parallel to one of its edges. Occluders that are aligned with the light have no edge parallel to
+/// its diagonals.
 fn directions(light: &ConvexPolygon) -> [f64; DIRECTIONS] {
     let v = light.vertices();
     let axes = light.plane_frame().axes;
@@ -201,14 +212,14 @@ pub(crate) fn middle(i: usize, count: usize) -> f64 {
     (2 * i + 1) as f64 / (2 * count) as f64
 }
 
-/// Returns the cost of lines in dense shafts, in tests of boxes and triangles.
+/// The cost of lines in dense shafts, in tests against boxes and triangles.
 fn tests_of_lines(counters: &Counters) -> u64 {
     tests(counters)
         + TESTS_FOR_A_CANDIDATE * counters.candidates
         + TESTS_FOR_A_PIECE * counters.intervals
 }
 
-/// Boxes and triangles tested.
+/// The number of boxes and triangles that were tested.
 pub(crate) fn tests(counters: &Counters) -> u64 {
     counters.node_tests + counters.triangle_tests
 }

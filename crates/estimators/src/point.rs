@@ -1,4 +1,5 @@
-//! The point whose light is estimated.
+//! A shading point is the point whose direct light is estimated, with its reflection and the
+//! direction to its viewer.
 
 use linelit_bsdf::{Bsdf, Known, Reflection};
 use linelit_geometry::{DVec3, Vector3, predicates};
@@ -8,21 +9,23 @@ use linelit_lights::Viewer;
 /// coordinate plus the size of its triangle: 2⁻⁴⁶, which is 128 units of `f64` roundoff.
 ///
 /// A point that is interpolated between the corners in `f64` lies within 10 units of the triangle's
-/// plane: products, sums and weights that add up to one but for rounding take 8, the coordinates
-/// that visibility is asked in 2. The rest keeps the triangle itself from hiding any light above
-/// its horizon: the signed volume that tells the point's side is rounded too.
+/// plane: 8 units come from products, sums and weights that add up to one but for rounding, and 2
+/// from the coordinates in which visibility is queried. With the other units, the triangle itself
+/// hides no light above its horizon; the signed volume by which the point's side is found is
+/// rounded, too.
 pub const SURFACE_OFFSET: f64 = 128.0 * 0.5 * f64::EPSILON;
 
 /// A point of a surface with its reflection and the direction to its viewer.
 ///
 /// `R` is the reflection: [`Bsdf`] or any type that implements [`Reflection`]. All vectors are in
-/// the world and of unit length: [`ShadingPoint::new`] sees to it; of fields that are set by hand
-/// `estimate` asserts it in debug builds.
+/// world space and of unit length. [`ShadingPoint::new`] normalizes them; if the fields are set by
+/// hand, `estimate` asserts their lengths in debug builds.
 #[derive(Clone, Debug)]
 pub struct ShadingPoint<R = Bsdf> {
-    /// The point, lifted off its surface towards the viewer by more than `f32` rounding.
+    /// The point, which is lifted off its surface towards the viewer, for example by
+    /// [`SURFACE_OFFSET`].
     pub position: DVec3,
-    /// The geometric normal, on the viewer's side.
+    /// The geometric normal, on the viewer's side of the surface.
     pub geometric_normal: DVec3,
     /// The shading normal, on the viewer's side of the surface.
     pub normal: DVec3,
@@ -32,7 +35,7 @@ pub struct ShadingPoint<R = Bsdf> {
     pub bsdf: R,
 }
 
-/// A shading point without its reflection: all that light in closed form asks of it.
+/// A shading point without its reflection, as closed forms need it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Receiver {
     pub position: DVec3,
@@ -42,17 +45,18 @@ pub(crate) struct Receiver {
 }
 
 impl Receiver {
-    /// The normals of the horizons that cut lights, the shading normal first.
+    /// The normals of the two horizons that clip lights, the shading normal first.
     pub(crate) const fn horizons(&self) -> [DVec3; 2] {
         [self.normal, self.geometric_normal]
     }
 
-    /// Whether the surface's own horizon is another than that of the shading normal.
+    /// Returns whether the geometric normal differs from the shading normal, so that there are two
+    /// horizons.
     pub(crate) fn has_two_horizons(&self) -> bool {
         self.normal != self.geometric_normal
     }
 
-    /// The receiver as shapes of lights ask for it, without transformed cosines.
+    /// The receiver as the shapes of lights take it, without LTCs.
     pub(crate) const fn viewer(&self) -> Viewer<'static> {
         Viewer {
             position: self.position,
@@ -65,7 +69,7 @@ impl Receiver {
 
 impl<R> ShadingPoint<R> {
     /// Asserts in debug builds that the normals and the direction to the viewer are unit vectors,
-    /// to the rounding of single numbers; or zero, as those of a degenerate surface are.
+    /// to single precision. Zero vectors, which a degenerate surface has, are allowed, too.
     pub(crate) fn assert_unit_vectors(&self) {
         let is_unit = |v: DVec3| v == DVec3::ZERO || (v.length_squared() - 1.0).abs() < 1e-5;
         let vectors = [self.normal, self.geometric_normal, self.outgoing];
@@ -87,9 +91,9 @@ impl<R> ShadingPoint<R> {
 }
 
 impl<R: Reflection> ShadingPoint<R> {
-    /// A point of a flat surface: the geometric normal is the shading normal. `position` must be
-    /// lifted off the surface if the surface is among the occluders. `normal` and `outgoing` may be
-    /// of any length but zero, and are made unit vectors.
+    /// A point of a flat surface, where the geometric normal is also the shading normal. If the
+    /// surface is among the occluders, `position` must be lifted off it. `normal` and `outgoing`
+    /// are normalized; they may have any length but zero.
     ///
     /// ```
     /// use linelit_estimators::ShadingPoint;
@@ -116,13 +120,13 @@ impl<R: Reflection> ShadingPoint<R> {
         }
     }
 
-    /// The part of the reflection that integrals in closed form know.
+    /// The part of the reflection that has integrals in closed form, and what is known of the rest.
     pub fn known(&self) -> Known<'_> {
         self.bsdf.known(self.outgoing, self.normal)
     }
 
-    /// The cosine at the shading point towards the unit vector `w`: zero below the horizon of the
-    /// shading normal or of the geometric one.
+    /// The cosine between the shading normal and the unit vector `w`, or zero if `w` is below the
+    /// horizon of the shading normal or of the geometric normal.
     #[inline]
     #[must_use]
     pub fn cosine(&self, w: DVec3) -> f64 {
@@ -133,8 +137,8 @@ impl<R: Reflection> ShadingPoint<R> {
         }
     }
 
-    /// Radiance that is reflected to the viewer of the radiance `emitted` from the unit direction
-    /// `w`, per solid angle: L f_r cos θ.
+    /// The radiance that is reflected to the viewer, per solid angle, if the radiance `emitted`
+    /// arrives from the unit direction `w`: L f_r cos θ.
     #[inline]
     #[must_use]
     pub fn reflected(&self, emitted: DVec3, w: DVec3) -> DVec3 {
@@ -146,7 +150,8 @@ impl<R: Reflection> ShadingPoint<R> {
     }
 }
 
-/// The unit vector along `v`, which keeps its bits where it is one to rounding; zero of zero.
+/// The unit vector along `v`. A vector that is a unit vector up to rounding keeps its bits, and a
+/// zero vector remains zero.
 fn unit(v: DVec3) -> DVec3 {
     if (v.length_squared() - 1.0).abs() <= 8.0 * f64::EPSILON {
         v

@@ -1,4 +1,5 @@
-//! One shading point and one light: what an estimator works on.
+//! A query is what an estimator works on: one shading point, one light, and the occluders between
+//! them.
 
 use crate::{
     EmissionTexture, Estimator, LightKind, LightSource, RandomNumbers, ShadingPoint, Technique,
@@ -8,10 +9,11 @@ use linelit_bsdf::{LtcMixture, Reflection};
 use linelit_geometry::Margins;
 use linelit_visibility::Occluders;
 
-/// The most samples of a light for one shading point: they are all in memory at once.
+/// The most samples of one light for one shading point. All of them are in memory at the same time.
 pub const MOST_SAMPLES: u32 = 1 << 24;
 
-/// One shading point and one light, and how the light from one to the other is estimated.
+/// One shading point, one light and the occluders between them, and how the light that reaches the
+/// viewer is to be estimated.
 #[derive(Debug)]
 pub struct Query<'a, R, T> {
     /// The triangles that may hide the light.
@@ -22,23 +24,24 @@ pub struct Query<'a, R, T> {
     pub point: &'a ShadingPoint<R>,
     /// The random numbers.
     pub numbers: RandomNumbers,
-    /// The estimator.
+    /// The estimator that is used.
     pub estimator: &'a Estimator,
     /// The number of samples, from 1 to [`MOST_SAMPLES`].
     pub samples: u32,
-    /// Whether what has a closed form takes it where nothing is hidden, and what is wholly hidden
-    /// takes no samples. Off, every sample is taken, as published.
+    /// Whether samples are left out where they are not needed: the light is integrated in closed
+    /// form where nothing hides it, and is zero where it is wholly hidden. If this is `false`,
+    /// every sample is taken, as published.
     pub skip: bool,
-    /// The way in which lines and points of a combination ask for visibility.
+    /// The way in which lines and points of a combination query visibility.
     pub ask: VisibilityBy,
-    /// The distances from point and light within which an occluder hides nothing: for
-    /// [`Query::new`] those of [`Margins::excluding`] the light's own triangles.
+    /// The distances from the shading point and from the light within which occluders hide nothing.
+    /// [`Query::new`] takes [`Margins::excluding`] the light's own triangles.
     pub margins: Margins,
 }
 
 impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
-    /// A query that skips what it can and shares one shaft. No samples count as one, and more than
-    /// [`MOST_SAMPLES`] as that many.
+    /// A query that leaves out samples where it can and shares one shaft. The number of samples is
+    /// clamped to the range from 1 to [`MOST_SAMPLES`].
     #[must_use]
     pub const fn new(
         occluders: &'a Occluders,
@@ -67,11 +70,10 @@ impl<'a, R, T: EmissionTexture> Query<'a, R, T> {
 }
 
 impl<R: Reflection, T> Query<'_, R, T> {
-    /// The transformed cosines of the reflection, if they are known and the estimator asks for
-    /// them.
+    /// The LTCs of the reflection, if they exist and the estimator uses them.
     pub(crate) fn cosines(&self) -> Option<LtcMixture> {
         let point = self.point;
-        // Integrals that stand alone take a diffuse reflection itself.
+        // Integrals that stand alone treat a diffuse reflection directly.
         let is_taken = |technique: &Technique| match (technique, self.estimator.alone()) {
             (Technique::Lines(_), Some(_)) => match LightKind::of(self.light) {
                 LightKind::Linear => point.known().closed_form().is_none(),
@@ -81,7 +83,7 @@ impl<R: Reflection, T> Query<'_, R, T> {
         };
         let asks = |technique: &Technique| technique.asks_for_cosines() && is_taken(technique);
         let mut techniques = self.estimator.parts().iter().map(|part| &part.technique);
-        // One ray to a light without size asks for nothing.
+        // A delta light has one direction and no integral.
         (techniques.any(asks) && LightKind::of(self.light) != LightKind::Delta)
             .then(|| point.bsdf.transformed_cosines(point.outgoing, point.normal))?
     }

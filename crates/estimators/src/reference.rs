@@ -1,4 +1,4 @@
-//! Brute-force visibility in f64, to judge the hierarchy's by.
+//! Brute-force visibility in `f64` is the reference for the visibility that the hierarchy finds.
 
 use crate::draw::lines::{Draws, Use};
 use crate::integrand::Integrand;
@@ -12,12 +12,13 @@ use linelit_geometry::{DVec3, intervals::Interval};
 use linelit_lights::AreaLight;
 use linelit_visibility::brute;
 
-/// The light of an area light by lines whose visible parts are found in `f64` by asking every
-/// triangle: no hierarchy, no kernels, no skips; where the reflection has a closed form along a
-/// line by that, else by a point of each. For tests, and for judging other renderers' images.
+/// Estimates the light of an area light by lines whose visible parts are found in `f64` by testing
+/// every triangle: without a hierarchy, without kernels and without leaving out samples. Where the
+/// reflection has a closed form along lines, that is used; otherwise a point of each line is
+/// sampled. This is a reference for tests, and for comparison with images of other renderers.
 ///
-/// The lines are those of `line-analytic`, so that without skips both give the same light up to
-/// the rounding of the intervals' ends.
+/// The lines are the lines of `line-analytic`. If that takes all samples ([`Query::skip`] is
+/// `false`), both give the same light but for the rounding of the ends of visible parts.
 #[must_use]
 pub fn brute_force<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
@@ -30,12 +31,14 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
     let Some(view) = LightView::new(query.light, query.point, query.margins, None) else {
         return DVec3::ZERO;
     };
+    // Use the closed form along lines if there is one.
     let form = query.point.known().closed_form();
     let form = form.filter(|_| query.light.texture.is_none());
     let then = match form {
         Some(_) => Use::Integrals,
         None => Use::Points,
     };
+    // Draw the lines, and find their visible parts by testing every triangle.
     let count = query.samples;
     let mut draws = Draws::default();
     draws.draw(
@@ -50,6 +53,7 @@ pub fn brute_force<R: Reflection, T: EmissionTexture>(
         .iter()
         .map(|line| brute::visible(positions, triangles, x, line, own, query.margins))
         .collect();
+    // Integrate along the visible parts, or sample a point of them.
     let sum = match form {
         Some(form) => {
             let pieces = &mut Pieces::default();

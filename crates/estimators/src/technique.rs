@@ -1,40 +1,42 @@
-//! Techniques: the ways to draw points and lines of a light, and to integrate along lines.
+//! Techniques are the ways to draw points or lines on a light, and to integrate along the lines.
+//! This module has their options as types; an [`Estimator`](crate::Estimator) consists of one or
+//! more of them.
 
 use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle, Texture, VisibleArea};
 use linelit_lights::OffsetDensity;
 use linelit_lights::linear::LinearTechnique;
 pub use linelit_lights::{LineDensity as LineBy, PointDensity};
 
-/// A technique: one way to estimate the light that a light sends to a shading point.
+/// A technique: one way to estimate the light that a shading point receives from a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Technique {
-    /// Points of the light, or directions that may meet it.
+    /// Points of the light, or directions that may hit it.
     Points(Points),
     /// Lines on the light, with their visible parts.
     Lines(Lines),
 }
 
-/// Points, and the way in which their visibility is asked for.
+/// Point samples, and how their visibility is queried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Points {
     /// The density of the points.
     pub by: PointBy,
-    /// Whether points of a technique that stands alone share a shaft in place of shadow rays; in
-    /// an empty shaft the closed form then replaces them. Points of a combination always share its
-    /// shaft.
+    /// Whether the points of a technique that stands alone share a shaft instead of having a shadow
+    /// ray each. Where that shaft is empty and there is a closed form, the closed form replaces
+    /// them. Points of a combination always share its shaft.
     pub in_shaft: bool,
 }
 
-/// The source of points. A density that a light does not have is replaced by another one, as
-/// [`PointDensity`] says, and never by nothing.
+/// The density that point samples are drawn from. Where a light does not have a density, another
+/// one replaces it, as [`PointDensity`] says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointBy {
-    /// A density on the light's surface; on a linear light, the technique that is closest to it.
+    /// A density on the light's surface; on a linear light, the technique that is most similar.
     Surface(PointDensity),
-    /// Directions drawn from the BSDF; those that meet the light count. A linear light is
-    /// never met: it gets points by its projected solid angle.
+    /// Directions drawn from the BSDF, of which those that hit the light contribute. No direction
+    /// hits a linear light, so that it gets points by its projected solid angle.
     Bsdf,
-    /// Any technique of linear lights; other lights take [`PointDensity::SolidAngle`].
+    /// Any technique for linear lights; other lights have [`PointDensity::SolidAngle`] instead.
     Linear(LinearOptions),
 }
 
@@ -43,84 +45,90 @@ pub enum PointBy {
 pub enum LinearOptions {
     /// One technique.
     Technique(LinearTechnique),
-    /// Two techniques with as many samples each: projected solid angle for the diffuse light, and
-    /// linearly transformed cosines for the lobes. On a surface without a lobe, the first alone.
+    /// Two techniques with equal numbers of samples: projected solid angle for the diffuse light,
+    /// and LTCs for the lobes. On a surface without a lobe, the first one alone.
     Ltc(LinearHeuristic),
 }
 
-/// Weights of the diffuse and glossy samples of a linear light (Peters 2021, section 4.2).
+/// The weights that combine the diffuse and the glossy samples of a linear light (Peters 2021,
+/// section 4.2).
 ///
-/// The heuristics but the first know the unshadowed diffuse and glossy light cₖ, by channel, in
-/// closed form. The share ν of them is the visibility that is expected.
+/// All heuristics but the first use the unshadowed diffuse and glossy light cₖ by channel, which
+/// has a closed form. The fraction ν is the visibility that is expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinearHeuristic {
-    /// The densities alone, of which any technique may have that of projected solid angle's place.
+    /// The balance heuristic, which uses densities only. The diffuse samples may be drawn by any
+    /// technique, not only by projected solid angle.
     Balance(LinearTechnique),
-    /// The densities times cₖ; perfect where nothing is hidden.
+    /// The balance heuristic with densities times cₖ. It has no noise where nothing is hidden.
     WeightedBalance,
-    /// The optimal heuristic for the visibility ν. Contributions of hidden samples count, and may
-    /// be negative.
+    /// The optimal heuristic for the visibility ν. Hidden samples contribute, too, and
+    /// contributions may be negative.
     Optimal(f64),
-    /// ν times the weighted balance and 1 − ν times the balance.
+    /// ν times the weighted balance heuristic plus 1 − ν times the balance heuristic.
     ClampedOptimal(f64),
 }
 
-/// Lines on area lights, and the use that is made of their visible parts.
+/// Line samples on area lights, and how their visible parts are used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lines {
-    /// The measure in which lines, and points on them, are uniform; lines that are integrated in
-    /// closed form are uniform in the area whatever this says.
+    /// The measure in which lines, and the points on them, are uniform. Lines that are integrated
+    /// in closed form are always uniform in the area.
     pub by: LineBy,
-    /// The integral over the visible parts; `None` draws a point of them.
+    /// The integral over the visible parts; if `None`, points of the visible parts are sampled.
     pub integration: Option<Integration>,
-    /// Direction of the lines.
+    /// The direction of the lines.
     pub direction: LineDirection,
-    /// Density of the offsets of parallel lines by [`LineBy::Area`].
+    /// The density of the offsets of parallel lines by [`LineBy::Area`].
     pub offset: OffsetDensity,
-    /// The control variate of lines whose integrals are known.
+    /// The control variate for lines that are integrated.
     pub control: LineControl,
-    /// The part of a line on which points are drawn in a combination.
+    /// The parts of a line on which points are sampled in a combination.
     pub pieces: Pieces,
-    /// The number of points there, evenly spread from a random first one; 1 with optimal weights.
-    /// They cost less than the line where visibility does.
+    /// The number of points on each such part, evenly spaced from a random first one; optimal
+    /// weights use 1. A point costs less than a line wherever finding the visible parts of the line
+    /// takes most of the time.
     pub points: u8,
 }
 
-/// The integral over the visible part that replaces points of it.
+/// The integral over the visible part of a light, which replaces samples of it.
 ///
 /// Where the reflection has no closed form, [`Integration::Exact`] and [`Integration::Cheapest`]
-/// integrate transformed cosines that look like it and sample the rest; where nothing is known, or
-/// the light has a texture, each takes points, of lines or of the light (`Method`).
+/// integrate LTCs that resemble it, and sample the rest. Where there are no LTCs either, or the
+/// light has a texture, they sample points, of lines or of the light ([`Method`](crate::Method) has
+/// the details).
 ///
-/// In a combination the first of them stands alone with the share of all where there is a closed
-/// form: it integrates over the BSDF, too, so that nothing is left for others to add. Where there
-/// is none, each becomes `line-area` ([`LineBy::Area`]) or points, beside the integral of
-/// transformed cosines where they are known.
+/// In a combination, the first integral takes the samples of all of them, where the reflection has
+/// a closed form. It includes the light that the other techniques would sample, so that these are
+/// left out. Where there is no closed form, each integral is replaced by `line-area`
+/// ([`LineBy::Area`]) or by points, in addition to the integral of LTCs where there are some.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integration {
-    /// The closed form along the visible parts of each line.
+    /// The closed form along the visible parts of each line (`line-analytic`).
     Analytic,
-    /// The closed form over the visible part of the light, past any number of triangles unless
-    /// there is a limit; past those, and holes, as [`Integration::Analytic`].
+    /// The closed form over the visible part of the light (`exact`). It is used past any number of
+    /// triangles, unless there is a limit. Past more triangles than the limit, and past holes,
+    /// [`Integration::Analytic`] is used.
     Exact(ExactOptions),
-    /// Whichever of exact, lines, points and rays takes the least time to an equal error, chosen
-    /// per shading point and light by what is in between.
+    /// The exact integral, lines, points or rays, whichever takes the least time for an equal error
+    /// (`hybrid`). This is chosen for each shading point and light by the occluders between them.
     Cheapest,
 }
 
 /// The limits of [`Integration::Exact`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExactOptions {
-    /// The most triangles in between: past more, and wherever there are too many to count, lines
-    /// take over; nowhere if it is [`ExactOptions::NO_LIMIT`].
+    /// The largest number of triangles in between for which the closed form over the visible part
+    /// is used. Lines are used past more triangles, and past too many to count. There is no limit
+    /// if this is [`ExactOptions::NO_LIMIT`].
     pub limit: u32,
 }
 
 impl ExactOptions {
-    /// The closed form past any number of triangles.
+    /// The limit that allows any number of triangles.
     pub const NO_LIMIT: u32 = u32::MAX;
 
-    /// Past any number of triangles.
+    /// The default: any number of triangles.
     pub const DEFAULT: Self = Self {
         limit: Self::NO_LIMIT,
     };
@@ -130,53 +138,57 @@ impl ExactOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LineDirection {
     /// The direction in which the visible part of the light changes least from one line to the
-    /// next, among those of its edges and diagonals, where it is known
-    /// (`OcclusionStats::direction`); else, and for lines by texture, as
+    /// next, among the directions of the light's edges and diagonals, if it is known
+    /// (`OcclusionStats::direction`). If not, and for lines by texture, this is
     /// [`LineDirection::Parallel`].
     Adaptive,
-    /// The fixed direction at this fraction of a half turn from the light's first edge.
+    /// A fixed direction, as a fraction of a half turn from the light's first edge.
     Fixed(f64),
-    /// One random direction for each shading point (what Billen & Dutré 2016 prefer).
+    /// One random direction for each shading point, which Billen & Dutré 2016 prefer.
     Parallel,
-    /// A direction for each line, independent of the others', while offsets follow the pattern:
-    /// this brings back the rate N^-1/2. Only for a technique that stands alone.
+    /// A random direction for each line, independent of the other lines, while the offsets follow
+    /// the pattern. The error then falls with N^-1/2 only. A technique with this direction has to
+    /// stand alone.
     UniformPerLine,
-    /// A direction for each line, direction and offset by one pattern of two dimensions (Billen &
-    /// Dutré 2016, §5.1.1). Only for a technique that stands alone.
+    /// A direction for each line, where direction and offset are the two dimensions of one pattern
+    /// (Billen & Dutré 2016, §5.1.1). A technique with this direction has to stand alone.
     Stratified,
-    /// Lines from one corner of the light to its border, from a random one for each shading point,
-    /// as many over equal areas ([`AreaSampler::line`](linelit_lights::AreaSampler::line); Billen &
-    /// Dutré 2016, §8): [`Lines::offset`] does not count. Only for a technique that stands alone.
+    /// Lines from one corner of the light to its border. The corner is random for each shading
+    /// point, and equal areas get equally many lines
+    /// ([`AreaSampler::line`](linelit_lights::AreaSampler::line); Billen & Dutré 2016, §8).
+    /// [`Lines::offset`] has no effect. A technique with this direction has to stand alone.
     Origin,
-    /// So many directions, evenly spread from a random first one, each a technique of its own: the
-    /// continuum of directions by the balance heuristic over those drawn (stochastic MIS, West et
-    /// al. 2020). As every direction covers the whole light, each draw of directions is unbiased by
-    /// itself.
+    /// This many directions, evenly spaced from a random first one, each of which counts as a
+    /// technique. The balance heuristic over them approximates a continuum of directions
+    /// (stochastic MIS, West et al. 2020). As the lines of every direction cover the whole light,
+    /// the estimate is unbiased for each draw of directions.
     Spread(u8),
 }
 
 /// The control variate of lines that are integrated in closed form, or by quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineControl {
-    /// The slope between the lines on either side of each is a control variate: light that changes
-    /// linearly from line to line has noise in the first and last stratum only, and the variance
-    /// falls as N⁻⁴ where the plain mean's falls as N⁻³ (Chopin & Gerber 2024). Unbiased.
+    /// For each line, the slope between the two lines next to it is a control variate. If the light
+    /// changes linearly from line to line, only the first and last stratum have noise. The variance
+    /// falls as N⁻⁴, where the variance of the mean falls as N⁻³ (Chopin & Gerber 2024). The
+    /// estimate stays unbiased.
     ///
-    /// Lines of one direction or one origin have it, by patterns of
-    /// [independent strata](linelit_samplers::SampleSet::has_independent_strata); where the pattern
-    /// has none, and for lines of which a point is drawn, as [`LineControl::None`].
+    /// This applies to lines of one direction or from one corner, with patterns that have
+    /// [independent strata](linelit_samplers::SampleSet::has_independent_strata). With other
+    /// patterns, and for lines of which points are sampled, it is [`LineControl::None`].
     Slopes,
-    /// No control variate: the mean over lines, as published.
+    /// There is no control variate: the estimate is the mean over lines, as published.
     None,
 }
 
-/// The part of a line on which points are drawn.
+/// The parts of a line on which points are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pieces {
-    /// All visible pieces, in proportion to their measure, as published.
+    /// All visible pieces together, in proportion to their measure, as published.
     One,
-    /// Each visible piece, all at the same place within their piece: the estimate then stays
-    /// smooth where a piece appears or ends, which one point that jumps between pieces is not.
+    /// Each visible piece by itself, with a point at the same relative position of each. The
+    /// estimate then stays smooth where a piece appears or ends, unlike the estimate by one point,
+    /// which jumps between pieces.
     Each,
 }
 
@@ -199,15 +211,15 @@ impl From<PointDensity> for PointBy {
 }
 
 impl LinearOptions {
-    /// The default: samples by projected solid angle.
+    /// The default: points by projected solid angle.
     pub const DEFAULT: Self = Self::Technique(LinearTechnique::ProjectedSolidAngle);
 }
 
-/// Peters' ν: half of the light is expected to be visible.
+/// The default of ν by Peters: half of the light is expected to be visible.
 pub(crate) const NU: f64 = 0.5;
 
 impl Points {
-    /// Points of a density, with a shadow ray each.
+    /// Points by a density, with a shadow ray each.
     #[must_use]
     pub const fn by(by: PointBy) -> Self {
         Self {
@@ -224,7 +236,7 @@ impl Points {
 }
 
 impl PointBy {
-    /// The density on a surface; `None` of directions that the BSDF draws.
+    /// The density on a surface; `None` if directions are drawn from the BSDF.
     pub(crate) const fn on_surface(self) -> Option<PointDensity> {
         match self {
             Self::Surface(density) => Some(density),
@@ -233,7 +245,7 @@ impl PointBy {
         }
     }
 
-    /// The technique of linear lights that it stands for.
+    /// The technique for linear lights that replaces this density.
     pub(crate) const fn on_segment(self) -> LinearOptions {
         LinearOptions::Technique(match self {
             Self::Surface(Area | VisibleArea | Texture) => LinearTechnique::Area,
@@ -246,11 +258,11 @@ impl PointBy {
 }
 
 impl Lines {
-    /// Lines uniform in the area, a point of the visible part of each.
+    /// Lines that are uniform in the area, with a point of the visible part of each.
     pub const AREA: Self = Self::by(LineBy::Area);
 
-    /// Lines of a measure with points of their visible parts, in the direction that suits the
-    /// shading point best, offsets in proportion to length.
+    /// Lines that are uniform in a measure, with points of their visible parts. They have the
+    /// direction that is best for the light, and offsets in proportion to length.
     #[must_use]
     pub const fn by(by: LineBy) -> Self {
         Self {
@@ -264,7 +276,7 @@ impl Lines {
         }
     }
 
-    /// Lines uniform in the area, integrated in closed form.
+    /// Lines that are uniform in the area, with an integral over the visible parts.
     #[must_use]
     pub const fn integrated(integration: Integration) -> Self {
         Self {
@@ -273,7 +285,7 @@ impl Lines {
         }
     }
 
-    /// The measure that counts.
+    /// The measure in which lines are in fact uniform.
     pub(crate) const fn measure(&self) -> LineBy {
         match self.integration {
             None => self.by,
@@ -281,7 +293,7 @@ impl Lines {
         }
     }
 
-    /// The number of directions, each a technique of its own.
+    /// The number of directions, each of which counts as a technique.
     pub(crate) const fn directions(&self) -> u8 {
         match self.direction {
             LineDirection::Spread(count) => count,
@@ -289,13 +301,13 @@ impl Lines {
         }
     }
 
-    /// Whether the density of offsets counts.
+    /// Returns whether the density of offsets has an effect.
     pub(crate) fn has_offsets(&self) -> bool {
         self.measure() == LineBy::Area && self.direction != LineDirection::Origin
     }
 }
 
-/// The techniques with their names, as texts have them, and their default options.
+/// The techniques with their default options, and the names that they have in texts.
 pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
     const fn points(by: PointDensity) -> Technique {
         Technique::Points(Points::by(PointBy::Surface(by)))
@@ -330,12 +342,12 @@ pub(crate) const TECHNIQUES: [(&str, Technique); 17] = {
 };
 
 impl Technique {
-    /// All techniques with their default options, in the order of their names' table.
+    /// All techniques with their default options, in the order of the table of names.
     pub fn all() -> impl Iterator<Item = Self> {
         TECHNIQUES.into_iter().map(|(_, technique)| technique)
     }
 
-    /// The name in texts, whatever the options.
+    /// The name that the technique has in texts, with any options.
     #[must_use]
     pub fn name(&self) -> &'static str {
         use std::mem::discriminant;
@@ -354,7 +366,7 @@ impl Technique {
         found.map_or("", |(name, _)| name)
     }
 
-    /// Whether it asks for the reflection's transformed cosines.
+    /// Returns whether the technique uses the LTCs of the reflection.
     pub(crate) fn asks_for_cosines(&self) -> bool {
         use PointBy::{Linear, Surface};
         match self {
@@ -363,13 +375,14 @@ impl Technique {
         }
     }
 
-    /// Whether its lines may become points, or nothing, in a combination.
+    /// Returns whether its lines may be replaced, in a combination, by points or by an integral
+    /// over the visible region.
     pub(crate) fn may_become_points(&self) -> bool {
         self.integrated()
             .is_some_and(|(_, by)| by != Integration::Analytic)
     }
 
-    /// Returns its lines and the integral over their visible parts, if it has one.
+    /// Its lines and the integral over their visible parts; `None` if it has no integral.
     pub(crate) fn integrated(&self) -> Option<(&Lines, Integration)> {
         match self {
             Self::Lines(lines) => Some((lines, lines.integration?)),
@@ -377,7 +390,7 @@ impl Technique {
         }
     }
 
-    /// The number of techniques that it counts for.
+    /// The number of techniques as which it counts.
     pub(crate) fn width(&self) -> usize {
         match self {
             Self::Lines(lines) => usize::from(lines.directions()),
@@ -385,8 +398,9 @@ impl Technique {
         }
     }
 
-    /// Whether its samples need no weights as an estimator's only technique: it then draws on the
-    /// whole light, by its first stream. Any other is a combination of one.
+    /// Returns whether it needs no weights if it is the only technique of an estimator. It then
+    /// draws samples on the whole light, from the first stream. Any other technique is treated as a
+    /// combination of one.
     pub(crate) fn can_stand_alone(&self) -> bool {
         match self {
             Self::Points(points) => points.by != PointBy::Surface(Texture),
@@ -399,18 +413,20 @@ impl Technique {
         }
     }
 
-    /// Whether it cannot be weighted: there is no density to weight by.
+    /// Returns whether it cannot be weighted, because its density is not known at a given point.
     pub(crate) const fn must_stand_alone(&self) -> bool {
         use LineDirection::{Origin, Stratified, UniformPerLine};
         matches!(self, Self::Lines(l) if matches!(l.direction, UniformPerLine | Stratified | Origin))
     }
 
-    /// Whether the option `mis` is its own, so that weights of techniques cannot be said with it.
+    /// Returns whether the option `mis` is an option of the technique itself, so that it cannot
+    /// choose the weights that combine techniques.
     pub(crate) const fn has_own_mis(&self) -> bool {
         matches!(self, Self::Points(points) if matches!(points.by, PointBy::Linear(_)))
     }
 
-    /// Whether it has the option `visibility`: alone, its points may share a shaft.
+    /// Returns whether it has the option `visibility`: its points may share a shaft if it stands
+    /// alone.
     pub(crate) const fn has_visibility(&self) -> bool {
         matches!(
             self,

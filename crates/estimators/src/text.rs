@@ -1,8 +1,10 @@
-//! The text of estimators: one grammar, one parser, one printer, one table of names.
+//! This module reads and writes estimators as text: it has the one parser, the one printer, and the
+//! names of weights.
 //!
-//! `TECHNIQUE+TECHNIQUE+…`, each `NAME[:SHARE][OPTIONS]` or `NAME[OPTIONS]:SHARE`, with options as
-//! `key=value,…` in brackets. The option `mis` may stand with any technique and is one for all;
-//! that of `point-linear` is its own.
+//! The grammar is `TECHNIQUE+TECHNIQUE+…`, where each technique is `NAME[:SHARE][OPTIONS]` or
+//! `NAME[OPTIONS]:SHARE`, and the options are `key=value,…` in brackets. The option `mis` chooses
+//! the weights of the whole estimator and may be written with any technique; only for
+//! `point-linear` it is an option of the technique itself.
 
 use crate::options::{Options, ParseEstimatorError, Result, error, find};
 use crate::technique::TECHNIQUES;
@@ -10,7 +12,7 @@ use crate::{Estimator, MOST_TECHNIQUES, Optimal, Part, Smoothing, Technique, Wei
 use std::fmt;
 use std::str::FromStr;
 
-/// The weights and their names.
+/// The weights, and the names that they have in texts.
 const WEIGHTS: [(&str, Weights); 8] = [
     ("balance", Weights::Balance),
     ("power", Weights::Power),
@@ -22,11 +24,11 @@ const WEIGHTS: [(&str, Weights); 8] = [
     ("clamped-optimal", Weights::Optimal(Optimal::Clamped)),
 ];
 
-/// Options that stand with any technique and count for all.
+/// Options that may be written with any technique and hold for the whole estimator.
 #[derive(Default)]
 struct Shared {
     weights: Option<Weights>,
-    /// Whether an option was said that only weighted techniques have.
+    /// Whether there was an option that only weighted techniques have.
     weighted: bool,
 }
 
@@ -34,11 +36,13 @@ impl FromStr for Estimator {
     type Err = ParseEstimatorError;
 
     fn from_str(text: &str) -> Result<Self> {
+        // Parse the parts; options that hold for all are collected on the way.
         let mut shared = Shared::default();
         let mut parts = Vec::new();
         for word in split_outside_brackets(text) {
             parts.push(part(word.trim(), &mut shared)?);
         }
+        // Find the weights, which may be given, needed by an option, or implied by the parts.
         let weights = match shared.weights {
             Some(weights) => weights,
             None if shared.weighted => Weights::Balance,
@@ -47,6 +51,7 @@ impl FromStr for Estimator {
         if let Some(estimator) = Self::new(&parts, weights) {
             return Ok(estimator);
         }
+        // Explain why the parts cannot be combined.
         if parts.iter().any(|p| p.technique.must_stand_alone()) {
             return error(
                 "orientation `uniform`, `stratified` or `origin` is for line-area, line-analytic, exact or hybrid alone, without mis, pieces or points; expected parallel, fixed:FRACTION or spread:COUNT",
@@ -58,7 +63,7 @@ impl FromStr for Estimator {
     }
 }
 
-/// The parts between `+` signs that stand in no brackets.
+/// Splits a text at the `+` signs that are not in brackets.
 fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
     let mut depth = 0i32;
     text.split(move |c| {
@@ -67,8 +72,9 @@ fn split_outside_brackets(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// `NAME[:SHARE][OPTIONS]`, or with the share after the options.
+/// Parses one technique: `NAME[:SHARE][OPTIONS]`, or with the share after the options.
 fn part(word: &str, shared: &mut Shared) -> Result<Part> {
+    // Split the word into name, share and options.
     let (before, options, after) = match word.split_once('[') {
         None => (word, "", ""),
         Some((before, rest)) => match rest.split_once(']') {
@@ -97,6 +103,7 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
         ));
     };
     let name = name.trim();
+    // Look up the technique, and read its options.
     let technique = find(&TECHNIQUES, name, |names| {
         format!(
             "unknown estimator `{name}`; expected one of {}",
@@ -120,7 +127,8 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
 }
 
 impl Shared {
-    /// An estimator has one way to weigh, however often it is said.
+    /// Sets the weights of the estimator. It may be said several times, but always with the same
+    /// value.
     fn weigh(&mut self, value: &str) -> Result<()> {
         let found = find(&WEIGHTS, value, |names| {
             format!("mis `{value}`; expected one of {}", names.join(", "))
@@ -135,14 +143,15 @@ impl Shared {
     }
 }
 
-/// The name of weights, if they have one: nothing is said of a technique that stands alone.
+/// The name of weights in texts; `None` for a technique without weights.
 fn weights_name(weights: Weights) -> Option<&'static str> {
     let found = WEIGHTS.iter().find(|(_, w)| *w == weights);
     found.map(|(name, _)| *name)
 }
 
 impl fmt::Display for Estimator {
-    /// Leaves out defaults; `mis` stands with the last technique that can say it.
+    /// Writes the estimator without what has its default value. The option `mis` is written with
+    /// the last technique that can have it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut words: Vec<(&Part, Vec<String>)> = self.parts().iter().map(with_options).collect();
         let implied = Weights::implied(self.parts());
@@ -166,7 +175,7 @@ impl fmt::Display for Estimator {
     }
 }
 
-/// A part, and the options of its technique that are not the default.
+/// Returns a part together with the options of its technique that differ from their defaults.
 fn with_options(part: &Part) -> (&Part, Vec<String>) {
     let mut out = Vec::new();
     match part.technique {

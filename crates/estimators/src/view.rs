@@ -1,4 +1,5 @@
-//! A light as one shading point sees it.
+//! A view is a light as one shading point sees it: its shape, its emission, and the part of it
+//! above the horizons.
 
 use crate::light::LightSource;
 use crate::point::{Receiver, ShadingPoint};
@@ -15,15 +16,16 @@ pub(crate) struct LightView<'a> {
     pub at: Receiver,
     /// The light's own triangles, which never block it.
     pub own: &'a Range<u32>,
-    /// The distances within which occluders hide nothing.
+    /// The distances from the point and from the light within which occluders hide nothing.
     pub margins: Margins,
     pub shape: Shape<'a>,
     emission: Emission,
-    /// The part of a polygon above the horizons, where techniques are weighted on it.
+    /// The part of a polygon above the horizons, if techniques are weighted, which draw on that
+    /// part.
     pub above: Option<&'a Above>,
 }
 
-/// The shape of a light.
+/// The shape of a light, as a shading point sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape<'a> {
     Polygon(&'a ConvexPolygon),
@@ -39,13 +41,14 @@ pub(crate) enum Shape<'a> {
 #[derive(Debug)]
 pub(crate) struct Above {
     pub polygon: ConvexPolygon,
-    /// Radians from the first edge of this part to that of the whole light, counter-clockwise about
-    /// the normal: added to a direction's angle from the latter, it gives that from the former.
+    /// The angle from the first edge of this part to the first edge of the whole light, in radians,
+    /// counter-clockwise about the normal. The angle of a direction from the whole light's first
+    /// edge plus this is its angle from the part's first edge.
     pub turn: f64,
 }
 
 impl Above {
-    /// `None` where no part of the polygon is above the horizons.
+    /// Clips a polygon to both horizons. `None` if no part of it is above them.
     pub(crate) fn new(polygon: &ConvexPolygon, at: &Receiver) -> Option<Self> {
         let mut above = polygon.clip(at.position, at.normal)?;
         if at.has_two_horizons() {
@@ -60,8 +63,9 @@ impl Above {
 }
 
 impl<'a> LightView<'a> {
-    /// `None` from behind a light that emits on one side, from its plane, of a cylinder that is not
-    /// seen, and of a light without size where nothing arrives.
+    /// Sees a light from a shading point. `None` if the point is behind a light that emits on one
+    /// side or in its plane, if it does not see a cylinder, or if a delta light does not shine on
+    /// it.
     pub(crate) fn new<R, T>(
         source: &'a LightSource<'a, T>,
         point: &ShadingPoint<R>,
@@ -93,7 +97,7 @@ impl<'a> LightView<'a> {
         })
     }
 
-    /// The surface of the light; `None` of a segment, and of a light without size.
+    /// The surface of the light; `None` for a linear light and a delta light.
     pub(crate) fn surface(&self) -> Option<Surface<'_>> {
         Some(match &self.shape {
             Shape::Polygon(polygon) => Surface::Polygon(polygon),
@@ -105,13 +109,13 @@ impl<'a> LightView<'a> {
         })
     }
 
-    /// Whether no horizon of the shading point cuts a cylinder.
+    /// Returns whether no horizon of the shading point clips the cylinder.
     pub(crate) fn is_above(&self, cylinder: &CylinderView) -> bool {
         let above = |n: &DVec3| cylinder.heights(*n)[0] >= 0.0;
         self.at.horizons().iter().all(above)
     }
 
-    /// The polygon, of a light that is one.
+    /// The polygon of a polygonal light; `None` for other lights.
     pub(crate) const fn polygon(&self) -> Option<&'a ConvexPolygon> {
         match self.shape {
             Shape::Polygon(polygon) => Some(polygon),
@@ -119,8 +123,8 @@ impl<'a> LightView<'a> {
         }
     }
 
-    /// The disk that a shading point sees of a round light: a sphere of one radiance is, from
-    /// outside, the flat disk of its outline. `None` from inside a sphere, and of other lights.
+    /// The disk that a shading point sees of a round light. From outside, a sphere of one radiance
+    /// looks like the flat disk of its outline. `None` inside a sphere, and for other lights.
     pub(crate) fn disk(&self) -> Option<Disk> {
         match self.shape {
             Shape::Sphere(sphere) => sphere.outline(self.at.position),
@@ -130,9 +134,10 @@ impl<'a> LightView<'a> {
         }
     }
 
-    /// The emission that a light of one radiance sends to the shading point (of a segment times its
-    /// radius), and the height of the point over the light's plane, positive on the side of the
-    /// normal; 1 of lights that are not flat.
+    /// The radiance that a light of one radiance sends to the shading point, and the height of the
+    /// point above the light's plane, which is positive on the side of the normal. For a linear
+    /// light the radiance is multiplied by the radius. For a light that is not flat the height is
+    /// 1.
     pub(crate) fn emitted(&self) -> (DVec3, f64) {
         let x = self.at.position;
         let height = match self.shape {

@@ -1,5 +1,5 @@
-//! Answers about visibility for one shading point and one light: from one shaft, or by a traversal
-//! for each question.
+//! This module answers queries about the visibility between one shading point and one light, from
+//! one shaft or by a traversal of the hierarchy for each query.
 
 use crate::view::{LightView, Shape};
 use crate::{PlanCounters, ShaftAnswer, VisibilityBy};
@@ -9,33 +9,33 @@ use linelit_visibility::{
     LightCorners, Occluders, Scratch, Shaft, ShaftClass, ShaftQuery, VisibleLines,
 };
 
-/// Answers for one shading point and one light.
+/// The visibility between one shading point and one light.
 pub(crate) struct Visible<'a> {
     occluders: &'a Occluders,
     view: &'a LightView<'a>,
     source: Source<'a>,
 }
 
-/// The source of the answers.
+/// Where the answers come from.
 enum Source<'a> {
-    /// Each line and each point has a traversal of its own.
+    /// Each line and each point traverses the hierarchy by itself.
     Rays(&'a mut Scratch),
-    /// One shaft answers everything; one towards the outline of a cylinder, by lines as they are
-    /// seen there.
+    /// One shaft answers all queries. If it leads to the outline of a cylinder, lines are mapped to
+    /// where the shading point sees them on the outline.
     Shaft(Shaft<'a>, Option<&'a CylinderView>),
 }
 
-/// The place that tells where a point is.
+/// The way in which visibility queries give the position of a point of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Target {
-    /// The point relative to the shading point.
+    /// The vector from the shading point to the point.
     ToLight,
-    /// The point in the world.
+    /// The point in world space.
     Point,
 }
 
 impl Target {
-    /// The place of a point.
+    /// Returns the position of a point in this form.
     #[inline]
     pub(crate) const fn of(self, at: &LightPoint) -> DVec3 {
         match self {
@@ -46,8 +46,8 @@ impl Target {
 }
 
 impl<'a> Visible<'a> {
-    /// Gets ready to answer; a shaft looks into the hierarchy at once, towards the part of a
-    /// polygon above the horizons if the view has it.
+    /// Prepares for queries. A shaft traverses the hierarchy here, once; it leads to the part of a
+    /// polygon above the horizons, if the view has it.
     pub(crate) fn new(
         occluders: &'a Occluders,
         view: &'a LightView<'a>,
@@ -62,7 +62,7 @@ impl<'a> Visible<'a> {
             Source::Shaft(occluders.shaft(query(view, corners), scratch), None)
         };
         let source = match view.shape {
-            // One direction, or all: no shaft leads there.
+            // A sky has all directions and a delta light has one; no shaft leads to either.
             Shape::Sky(_) | Shape::DeltaSample(_) => Source::Rays(scratch),
             Shape::Polygon(polygon) => {
                 let polygon = view.above.map_or(polygon, |above| &above.polygon);
@@ -70,6 +70,7 @@ impl<'a> Visible<'a> {
             }
             Shape::Segment(line) => shaft((&[line.p0, line.p1]).into(), scratch),
             Shape::Disk(disk) => shaft((&disk.around()).into(), scratch),
+            // A sphere is its outline if no triangle reaches between the outline and the sphere.
             Shape::Sphere(sphere) => match sphere.outline(view.at.position) {
                 None => Source::Rays(scratch),
                 Some(disk) => {
@@ -82,6 +83,7 @@ impl<'a> Visible<'a> {
                     source
                 }
             },
+            // So is a cylinder.
             Shape::Cylinder(cylinder) => {
                 let (outline, front) = (cylinder.outline(), cylinder.front());
                 let (ends, before) = ((&outline).into(), Some((&front).into()));
@@ -102,7 +104,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// Answers by a traversal for each question.
+    /// Answers each query by a traversal of its own.
     pub(crate) const fn rays(
         occluders: &'a Occluders,
         view: &'a LightView<'a>,
@@ -115,7 +117,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// The knowledge before anything else is asked.
+    /// Returns what the shaft found between the point and the light.
     pub(crate) fn between(&self) -> ShaftAnswer {
         match &self.source {
             Source::Rays(_) => ShaftAnswer {
@@ -139,7 +141,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// Returns the same visibility, with a traversal for each query.
+    /// Returns the same visibility, with a traversal for each query from now on.
     pub(crate) fn into_rays(self) -> Self {
         let scratch = match self.source {
             Source::Rays(scratch) => scratch,
@@ -148,7 +150,7 @@ impl<'a> Visible<'a> {
         Self::rays(self.occluders, self.view, scratch)
     }
 
-    /// The shaft that answers everything.
+    /// The shaft that answers all queries; `None` if there is none.
     pub(crate) const fn shaft(&mut self) -> Option<&mut Shaft<'a>> {
         match &mut self.source {
             Source::Shaft(shaft, _) => Some(shaft),
@@ -156,7 +158,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// The visible parts of lines on the light.
+    /// Finds the visible parts of lines on the light.
     pub(crate) fn lines(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         let scratch = match &mut self.source {
             Source::Shaft(shaft, None) => return shaft.visible(lines, out),
@@ -172,7 +174,8 @@ impl<'a> Visible<'a> {
         out.clear();
         let mut one = VisibleLines::new();
         for line in lines {
-            // The shaft towards a line is a triangle: less to search than towards the whole light.
+            // A shaft towards one line is a triangle, which holds less than a shaft towards the
+            // light.
             let ends = [line.p0, line.p1];
             let mut shaft = self.occluders.shaft(query(self.view, &ends), scratch);
             shaft.visible(std::slice::from_ref(line), &mut one);
@@ -180,7 +183,7 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// The place that [`points`](Self::points) wants of each point.
+    /// The form in which [`points`](Self::points) takes the positions of points.
     pub(crate) const fn target(&self) -> Target {
         match self.source {
             Source::Rays(_) => Target::ToLight,
@@ -188,7 +191,8 @@ impl<'a> Visible<'a> {
         }
     }
 
-    /// A bit for each of up to 64 points of the light that is visible, given by their targets.
+    /// Returns a bit for each of up to 64 points of the light, which is set if the point is
+    /// visible. The points are given in the form of [`target`](Self::target).
     pub(crate) fn points(&mut self, targets: &[DVec3]) -> u64 {
         match &mut self.source {
             Source::Rays(scratch) => {
@@ -206,7 +210,7 @@ impl<'a> Visible<'a> {
     }
 }
 
-/// The question to the shaft between a shading point and corners.
+/// The query for the shaft between the shading point and these corners.
 pub(crate) fn query<'b>(
     view: &LightView<'_>,
     corners: impl Into<LightCorners<'b>>,
@@ -219,9 +223,13 @@ pub(crate) fn query<'b>(
     }
 }
 
-/// The source of answers about a light that is seen as its outline: the shaft towards the outline
-/// if it tells what is visible, where nothing that it found reaches between outline and light; a
-/// blocked shaft towards `before`, which hides all of the light with it; else rays.
+/// Finds how to answer queries about a light that is seen as its outline, which is flat.
+///
+/// The shaft towards the outline answers them if none of its triangles reaches between the outline
+/// and the light, where it could hide a part of one but not of the other. If that shaft is blocked,
+/// a triangle may still be behind the near side of the light; so a second shaft leads to `before`,
+/// a shape in front of the light. If that is blocked, the light is wholly hidden. In all other
+/// cases each query has rays of its own.
 fn outlined<'a>(
     occluders: &'a Occluders,
     view: &LightView<'_>,
@@ -232,7 +240,7 @@ fn outlined<'a>(
 ) -> Source<'a> {
     let shaft = occluders.shaft(query(view, outline), scratch);
     let is_blocked = shaft.class() == ShaftClass::Blocked;
-    // A shaft that is blocked or too dense to keep does not tell what is in it.
+    // The triangles of a blocked or dense shaft are not collected, so that they cannot be checked.
     let corners = shaft.candidate_corners().filter(|_| !is_blocked);
     if corners.is_some_and(|mut corners| corners.all(is_clear)) {
         return Source::Shaft(shaft, None);

@@ -1,4 +1,5 @@
-//! The visible part of a disk as one point sees it, and of a sphere as the disk of its outline.
+//! This module finds the visible part of a disk as one point sees it, and of a sphere, which is
+//! seen as the disk of its outline. It is for callers who want the shape itself, not the light.
 
 use crate::Measure;
 use crate::known::disk::SeenDisk;
@@ -11,10 +12,10 @@ use linelit_shading::{polygon, quadrature, solid_angle};
 use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery};
 use std::f64::consts::{PI, TAU};
 
-/// The visible part of a disk as one point sees it: its boundary, exact but for rounding.
+/// The visible part of a disk as one point sees it: its boundary, which is exact but for rounding.
 ///
-/// One value serves any number of points with the same memory. A sphere is seen as the disk of its
-/// [outline](Sphere::outline), where nothing [reaches into](is_clear) it.
+/// One value can be used for any number of points, and reuses its memory. A sphere is seen as the
+/// disk of its [outline](Sphere::outline), if no triangle [reaches into](is_clear) it.
 ///
 /// ```
 /// use linelit_estimators::geometry::DVec3;
@@ -39,26 +40,27 @@ pub struct VisibleDisk {
     seen: Option<Seen>,
 }
 
-/// A disk, and what is seen of it.
+/// A disk and its visible part.
 #[derive(Debug)]
 struct Seen {
-    /// In units of the radius, along the axes.
+    /// The boundary of the visible part, in units of the radius along the axes.
     edges: Vec<DiskEdge>,
-    /// The centre relative to the point, and two radii.
+    /// The centre relative to the point, and two orthogonal radii.
     center: DVec3,
     axes: [DVec3; 2],
 }
 
-/// Pieces of a whole rim that chords are drawn over.
+/// The number of chords that replace a whole rim.
 const CHORDS: f64 = 256.0;
 
-/// The relative error of integrals along the rim, and the most values that they take.
+/// The relative error of integrals along the rim, and the most evaluations of their integrands.
 const TOLERANCE: f64 = 1e-13;
 const EVALUATIONS: u32 = 10_000;
 
-/// Whether no triangle reaches into a sphere before its outline, which a point sees: then what
-/// hides a part of the outline hides it of the sphere. The query is that of the outline's
-/// [`Disk::around`]. Where many triangles hide it, none may reach into the sphere anywhere.
+/// Returns whether no triangle reaches into a sphere in front of its outline, as a point sees it.
+/// If so, an occluder hides a part of the sphere exactly where it hides that part of the outline.
+/// The query is the query for the outline's [`Disk::around`]. If many triangles hide the light, the
+/// result is `true` only if no triangle at all reaches into the sphere.
 #[must_use]
 pub fn is_clear(
     occluders: &Occluders,
@@ -83,11 +85,11 @@ pub fn is_clear(
 }
 
 impl VisibleDisk {
-    /// Finds the visible part of a disk, in place of what was found before; the query is that of
-    /// [`Disk::around`].
+    /// Finds the visible part of a disk, and replaces the result of the call before. The query is
+    /// the query for [`Disk::around`].
     ///
     /// A point in the disk's plane, up to the margin near the light and 1e-12 of the distance, sees
-    /// nothing of it: then the whole disk measures nothing.
+    /// nothing of it: then the measure of the whole disk is zero.
     pub fn find(
         &mut self,
         occluders: &Occluders,
@@ -112,15 +114,15 @@ impl VisibleDisk {
         });
     }
 
-    /// Takes what a point sees nothing of, such as a sphere from inside: the whole measures
-    /// nothing.
+    /// Sets the result for a light of which a point sees nothing, such as a sphere around the
+    /// point: the measure of the whole light is zero.
     pub fn hide(&mut self, point: DVec3) {
         self.point = point;
         self.seen = None;
     }
 
-    /// The share of the disk that is visible, between 0 and 1; NaN where the whole disk measures
-    /// nothing: for a point in its plane, or a disk below the horizon of the normal.
+    /// The visible fraction of the disk, between 0 and 1. NaN if the measure of the whole disk is
+    /// zero: for a point in its plane, or a disk below the horizon of the normal.
     #[must_use]
     pub fn fraction(&self, measure: Measure) -> f64 {
         let Some(seen) = &self.seen else {
@@ -142,12 +144,13 @@ impl VisibleDisk {
         self.seen.as_ref().map_or(0.0, of)
     }
 
-    /// The rings that bound the visible part, as corners in space: those around it run
-    /// counter-clockwise as the point sees them, those around holes clockwise. Empty where nothing
-    /// is visible.
+    /// The rings that bound the visible part, as corners in world space. As the point sees them,
+    /// rings around the visible part run counter-clockwise and rings around holes clockwise. Empty
+    /// if nothing is visible.
     ///
-    /// Arcs are chords with corners on the rim, each over at most a 256th of it: 7.6e-5 of the
-    /// radius within the arc, and 1.1e-4 of the area of its sector.
+    /// Arcs are replaced by chords with corners on the rim, each over at most a 256th of the rim. A
+    /// chord is at most 7.6e-5 of the radius inside its arc, and cuts off 1.1e-4 of the area of its
+    /// sector.
     #[must_use]
     pub fn rings(&self) -> Vec<Vec<DVec3>> {
         let Some(Seen {
@@ -180,11 +183,11 @@ impl VisibleDisk {
 }
 
 impl Seen {
-    /// The measure of what a boundary encloses: of triangles with the centre as a corner, and
-    /// sectors, each with its sign.
+    /// The measure of the area within a boundary: the sum over triangles and sectors with a corner
+    /// at the centre, each with its sign.
     fn of(&self, edges: &[DiskEdge], measure: Measure) -> f64 {
-        // Add triangles and sectors about the centre; for the cosine, Lambert's sum where it keeps
-        // its digits, and else a sum over chords.
+        // Add triangles and sectors about the centre. For the cosine, take Lambert's sum if it
+        // keeps its digits, else a sum over chords.
         let radius = self.axes[0].length();
         let sum = match measure {
             Measure::Area => {
@@ -214,7 +217,7 @@ impl Seen {
         self.center + self.axes[0] * p + self.axes[1] * q
     }
 
-    /// An integral over the triangle of the centre and two points, with the sign of its turn.
+    /// An integral over the triangle between the centre and two points, with the sign of its turn.
     fn triangle(&self, a: Point, b: Point, integral: impl Fn(&[DVec3; 3]) -> f64) -> f64 {
         let turn = cross(a, b);
         match turn == 0.0 {
@@ -223,8 +226,8 @@ impl Seen {
         }
     }
 
-    /// The solid angle of a sector, in units of the radius with the centre c, the height h above
-    /// the plane and the rim's point w = c + e:
+    /// The solid angle of a sector. In units of the radius, with the centre c, the height h of the
+    /// point above the plane, and the point w = c + e of the rim, it is
     ///
     /// ```text
     /// ∫∫ h r dr dφ/|c + r e|³ = ∫ h/(|w| (|c||w| + c·w)) dφ
@@ -232,7 +235,8 @@ impl Seen {
     fn sector(&self, from: Point, turn: f64) -> f64 {
         let start = atan2(from[1], from[0]);
         let across = self.axes[0].cross(self.axes[1]);
-        // Lengths are the radius's multiples throughout, as its fourth power is in both.
+        // The lengths are multiples of the radius throughout, since numerator and denominator both
+        // have its fourth power.
         let height = (self.center.dot(across) / across.length()).abs();
         let (radius, to_center) = (self.axes[0].length(), self.center.length());
         let density = |phi: f64| {
@@ -248,9 +252,9 @@ impl Seen {
             .x
     }
 
-    /// The irradiance of a disk that is small or seen flatly, of which closed forms lose digits:
-    /// triangles over chords, and the rest of each segment at its centroid. The error is 1e-7 of
-    /// the whole's.
+    /// The irradiance of a disk that is small or seen flatly, for which closed forms lose digits:
+    /// the sum of triangles over chords, plus the segment between each chord and its arc, evaluated
+    /// at its centroid. The error is 1e-7 of the whole disk's irradiance.
     fn by_chords(&self, edges: &[DiskEdge], n: DVec3) -> f64 {
         let straight = |a, b| self.triangle(a, b, |corners| polygon::irradiance(corners, n));
         let across = self.axes[0].cross(self.axes[1]);
@@ -272,7 +276,7 @@ impl Seen {
     }
 }
 
-/// The sum over the pieces of a boundary: straight ones, and arcs with their turns.
+/// The sum over the edges of a boundary, which are straight or arcs with their turns.
 fn sum(
     edges: &[DiskEdge],
     straight: impl Fn(Point, Point) -> f64,
@@ -293,7 +297,8 @@ fn cross(a: Point, b: Point) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The turn of an arc, from 0 to 2π. Ends that nearly meet are those of nothing, or of all.
+/// The turn of an arc, from 0 to 2π. If the ends nearly meet, it is an empty arc or the whole
+/// circle, as `is_long` says.
 fn turn(a: Point, b: Point, is_long: bool) -> f64 {
     const CLOSE: f64 = 1e-9;
     let turn = atan2(cross(a, b), a[0] * b[0] + a[1] * b[1]);
@@ -303,7 +308,8 @@ fn turn(a: Point, b: Point, is_long: bool) -> f64 {
     }
 }
 
-/// Hands on the chords of an arc, of equal turns of at most a whole one over `most`.
+/// Calls `each` with the chords of an arc. They have equal turns, of at most a whole turn divided
+/// by `most`.
 fn chords(from: Point, to: Point, turn: f64, most: f64, mut each: impl FnMut(Point, Point)) {
     let (start, count) = (atan2(from[1], from[0]), (turn / TAU * most).ceil().max(1.0));
     let (mut last, mut k) = (from, 1.0);

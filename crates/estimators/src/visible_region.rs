@@ -1,4 +1,5 @@
-//! The visible part of a polygon as one point sees it, for callers who want the shape itself.
+//! This module finds the visible part of a polygon as one point sees it, for callers who want the
+//! shape itself, not the light.
 
 use crate::known::boundary::visible_region;
 use crate::known::region::SeenRegion;
@@ -7,21 +8,23 @@ use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_shading::{polygon, solid_angle};
 use linelit_visibility::{Occluders, Scratch, ShaftClass, ShaftQuery};
 
-/// The measure by which parts of a light are weighed.
+/// The measure by which the size of parts of a light is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// The area of a polygon, or of a disk, as which a sphere is seen; the length of a line.
+    /// The area of a polygon or of a disk, where a sphere counts as the disk of its outline; or the
+    /// length of a line.
     Area,
     /// The solid angle that the part subtends at the point.
     SolidAngle,
-    /// The irradiance that the part causes at a surface with this unit normal, where all of the
-    /// light has the same radiance: its solid angle weighted by the cosine at the surface.
+    /// The irradiance that the part causes at a surface with this unit normal, if all of the light
+    /// has the same radiance: the solid angle weighted by the cosine at the surface.
     Cosine(DVec3),
 }
 
-/// The visible part of a convex polygon as one point sees it: its boundary, exact but for rounding.
+/// The visible part of a convex polygon as one point sees it: its boundary, which is exact but for
+/// rounding.
 ///
-/// One value serves any number of points with the same memory.
+/// One value can be used for any number of points, and reuses its memory.
 ///
 /// ```
 /// use linelit_estimators::geometry::{ConvexPolygon, DVec3};
@@ -39,25 +42,28 @@ pub enum Measure {
 #[derive(Debug, Default)]
 pub struct VisibleRegion {
     penumbra: Penumbra,
-    /// The polygon's corners, and the boundary of the visible part, in the plane's coordinates.
+    /// The polygon's corners, and the boundary of the visible part, in the coordinates of the
+    /// plane.
     corners: Vec<Point>,
     edges: Vec<BoundaryEdge>,
-    /// Zero of the coordinates relative to the point, and their axes.
+    /// The origin of these coordinates relative to the point, and their axes.
     plane: [DVec3; 3],
     point: DVec3,
 }
 
 impl VisibleRegion {
-    /// Finds the visible part of the polygon of a query, in place of what was found before.
+    /// Finds the visible part of the polygon of a query, and replaces the result of the call
+    /// before.
     ///
     /// A point in the polygon's plane, up to the margin near the light and 1e-12 of the distance,
-    /// sees nothing of it: then the whole polygon measures nothing, and so does that of a query for
+    /// sees nothing of it: then the measure of the whole polygon is zero. So it is for a query for
     /// a line.
     pub fn find(&mut self, occluders: &Occluders, query: ShaftQuery<'_>, scratch: &mut Scratch) {
         let (corners, point) = (query.light.corners(), query.point);
         let in_plane = query.margins.light.max(1e-12);
         self.point = point;
         self.edges.clear();
+        // Find the boundary past occluders, in the coordinates of the shaft.
         self.corners.clear();
         let mut shaft = occluders.shaft(query, scratch);
         if shaft.class() == ShaftClass::Partial {
@@ -75,13 +81,15 @@ impl VisibleRegion {
         if corners.len() < 3 {
             return;
         }
-        // Coordinates along orthogonal axes, in units of the first side.
+        // Otherwise choose orthogonal axes, in units of the first side.
         let along = second - origin;
         let unit = along.length_squared();
         let height = (last - origin) - along * ((last - origin).dot(along) / unit);
         let across = height * (along.length() / height.length());
         self.plane = [origin - point, along, across];
         let normal = along.cross(across);
+        // Leave out a polygon that is seen edge on, and return the polygon's own edges if nothing
+        // hides it.
         let size = (origin - point).abs().max_element().max(along.length());
         if normal.dot(origin - point).abs() <= in_plane * size * normal.length() {
             return;
@@ -93,8 +101,8 @@ impl VisibleRegion {
         }
     }
 
-    /// The share of the polygon that is visible, between 0 and 1; NaN where the whole polygon
-    /// measures nothing: for a point in its plane, or a polygon below the horizon of the normal.
+    /// The visible fraction of the polygon, between 0 and 1. NaN if the measure of the whole
+    /// polygon is zero: for a point in its plane, or a polygon below the horizon of the normal.
     #[must_use]
     pub fn fraction(&self, measure: Measure) -> f64 {
         let whole: Vec<_> = around(&self.corners).collect();
@@ -120,7 +128,7 @@ impl VisibleRegion {
         self.of(&self.edges, measure)
     }
 
-    /// The measure of what a boundary encloses.
+    /// The measure of the area within a boundary.
     fn of(&self, edges: &[BoundaryEdge], measure: Measure) -> f64 {
         let seen = SeenRegion::within(&self.corners, edges, self.plane);
         let sum = match measure {
@@ -136,27 +144,31 @@ impl VisibleRegion {
         sum.abs()
     }
 
-    /// The rings that bound the visible part, as corners in space: those around it run
-    /// counter-clockwise as the point sees them, those around holes clockwise. Empty where nothing
-    /// is visible.
+    /// The rings that bound the visible part, as corners in world space. As the point sees them,
+    /// rings around the visible part run counter-clockwise and rings around holes clockwise. Empty
+    /// if nothing is visible.
     #[must_use]
     pub fn rings(&self) -> Vec<Vec<DVec3>> {
         rings(&self.edges, self.point, self.plane)
     }
 }
 
-/// The rings that a boundary makes, in the coordinates of a plane relative to the point, its origin
-/// and axes: those around what is left of them run counter-clockwise as the point sees them.
+/// Joins the edges of a boundary to rings of corners in world space. The boundary is in the
+/// coordinates of a plane, which is given by its origin relative to the point, and its axes. As the
+/// point sees them, rings around the area within the boundary run counter-clockwise.
 pub(crate) fn rings(
     edges: &[BoundaryEdge],
     point: DVec3,
     [origin, along, across]: [DVec3; 3],
 ) -> Vec<Vec<DVec3>> {
-    // The point sees the plane from below its axes where these make a right-handed system.
+    // If the axes make a right-handed system and the plane is in the direction of their product,
+    // the point sees the plane from below, as in a mirror.
     let is_mirrored = origin.dot(along.cross(across)) > 0.0;
     let in_space = |p: Point| point + origin + along * p[0] + across * p[1];
     let square = |p: Point, q: Point| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
     let has_length = |e: &&BoundaryEdge| square(e.from, e.to) > 0.0;
+    // Start a ring with any edge, and append the edge that starts nearest to where it ends, until
+    // the ring is closed.
     let mut open: Vec<_> = edges.iter().filter(has_length).collect();
     let mut rings = Vec::new();
     while let Some(first) = open.pop() {
@@ -167,7 +179,7 @@ pub(crate) fn rings(
             let next = (0..open.len())
                 .min_by(|&a, &b| gap(open[a].from).total_cmp(&gap(open[b].from)))
                 .filter(|&next| gap(open[next].from) < gap(first.from));
-            // Rounding may have moved an end: the nearest one is the next.
+            // Rounding may have moved ends, so that the ends of successive edges need not be equal.
             let Some(next) = next else { break };
             let edge = open.swap_remove(next);
             ring.push(edge.from);

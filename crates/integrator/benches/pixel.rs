@@ -1,5 +1,5 @@
-//! Microseconds per pixel of a row through the middle of built-in scenes: what a change costs from
-//! camera ray to radiance.
+//! This bench measures the microseconds per pixel of a row through the middle of built-in scenes,
+//! from the camera ray to the radiance.
 #![allow(
     missing_docs,
     reason = "criterion's macros generate undocumented items"
@@ -12,7 +12,7 @@ use linelit_scenes::Library;
 use std::hint::black_box;
 use std::time::Duration;
 
-/// Pixels across and down.
+/// The number of pixels across and down.
 const SIDE: u32 = 64;
 
 fn pixels(c: &mut Criterion) {

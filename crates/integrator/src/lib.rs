@@ -1,4 +1,5 @@
-//! Pictures of direct light: camera rays, the choice of lights, and what a scene lets one skip.
+//! This crate renders pictures of direct light: it has the camera rays, the surfaces that they
+//! meet, and the loop over the pixels. Begin at [`Renderer`].
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
@@ -26,7 +27,7 @@ pub use renderer::Renderer;
 pub use settings::{Settings, Spheres};
 pub use workspace::Workspace;
 
-// What public signatures name, so that one dependency is enough.
+// The crates whose types occur in public signatures, so that one dependency is enough.
 pub use {
     linelit_bsdf as bsdf, linelit_direct as direct, linelit_estimators as estimators,
     linelit_geometry as geometry, linelit_lights as lights, linelit_samplers as samplers,

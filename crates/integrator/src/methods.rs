@@ -1,4 +1,5 @@
-//! Which methods an estimator uses for the lights of a scene on its materials.
+//! This module lists the methods that an estimator uses for the lights of a scene on its materials,
+//! for reports.
 
 use crate::probe::{RAYS, grid};
 use crate::{Renderer, Settings, Workspace};
@@ -6,26 +7,28 @@ use linelit_bsdf::Reflection;
 use linelit_estimators::{KnownKind, LightKind, MethodFacts, VisibilityBy};
 use std::collections::BTreeSet;
 
-/// The methods for lights of one kind, and of one estimator, on some materials.
+/// The methods that an estimator uses for lights of one kind on some materials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairMethods {
     /// The kind of the lights.
     pub light: LightKind,
-    /// The methods in words ([`Estimator::explain`](crate::Estimator::explain)).
+    /// The methods, described in words ([`Estimator::explain`](crate::Estimator::explain)).
     pub methods: String,
-    /// The number of points that take the place of the closed form which the estimator is named
-    /// for, if they do ([`Estimator::points_in_place`](crate::Estimator::points_in_place)).
+    /// The number of points that replace the closed form for which the estimator is named, if they
+    /// do ([`Estimator::points_in_place`](crate::Estimator::points_in_place)).
     pub points_in_place: Option<u32>,
-    /// The lights, by their number in the plan.
+    /// The lights for which these methods are used, by their number in the plan.
     pub lights: BTreeSet<usize>,
-    /// The materials that one of them reaches, as indices into the scene's.
+    /// The materials that at least one of these lights reaches, as indices into the scene's
+    /// materials.
     pub materials: BTreeSet<u32>,
 }
 
 impl Renderer<'_> {
-    /// The methods for each kind of light on each material, found at the surfaces that a grid of
-    /// camera rays meets first and the lights that reach these. A material whose textures change
-    /// what is known of its reflection may have several methods.
+    /// Finds the methods for each kind of light on each material. The materials are those of the
+    /// surfaces that a grid of camera rays meets first, and the lights are those that reach these
+    /// surfaces. A material may have several methods if its textures change what is known of its
+    /// reflection.
     #[must_use]
     pub fn methods(&self, settings: &Settings) -> Vec<PairMethods> {
         // Find which lights reach which materials.

@@ -1,26 +1,27 @@
-//! The loop over the pixels of a picture.
+//! This module has the loop over the pixels of a picture.
 
 use crate::{Counts, Renderer, Settings, Workspace};
 use linelit_geometry::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The pixels of a picture, or of a part of it.
+/// The rectangle of pixels that is rendered: a whole picture, or a part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// The columns.
+    /// The range of columns.
     pub columns: Range<u32>,
-    /// The rows.
+    /// The range of rows.
     pub rows: Range<u32>,
 }
 
 impl Window {
-    /// The values that `fill` gives the pixels, row by row, and the sum of what was counted
-    /// meanwhile.
+    /// Computes a value for each pixel by `fill`, row by row. Returns the values and the counts of
+    /// all work.
     ///
-    /// `fill` is given the first pixel of a row, the values of the row, and memory of its thread.
-    /// Rows are shared among the threads of the current rayon pool; values do not depend on their
-    /// number if `fill` depends on the pixels alone. `row_done` is called after each row.
+    /// `fill` gets the first pixel of a row, the values of the row, and the workspace of its
+    /// thread. The threads of the current rayon pool divide the rows among them. The values do not
+    /// depend on the number of threads, provided that `fill` depends on the pixels alone.
+    /// `row_done` is called after each row.
     pub fn map<T: Clone + Default + Send>(
         &self,
         row_done: impl Fn() + Sync,
@@ -28,6 +29,7 @@ impl Window {
     ) -> (Vec<T>, Counts) {
         let width = self.columns.len();
         let mut values = vec![T::default(); width * self.rows.len()];
+        // Fill the rows in parallel.
         let rows = values.par_chunks_mut(width.max(1));
         let counts: Vec<Counts> = (self.rows.clone().into_par_iter())
             .zip(rows)
@@ -37,6 +39,7 @@ impl Window {
                 workspace.take_counts()
             })
             .collect();
+        // Add up their counts.
         let mut sum = Counts::default();
         counts.into_iter().for_each(|row| sum += row);
         (values, sum)
@@ -44,8 +47,8 @@ impl Window {
 }
 
 impl Renderer<'_> {
-    /// The radiance of the pixels of a window, row by row, as [`Renderer::row`] gives it, rounded
-    /// to `f32`; with what was counted.
+    /// Renders the pixels of a window. Returns their radiance, row by row, as [`Renderer::row`]
+    /// computes it and rounded to `f32`, and the counts of all work.
     pub fn picture(
         &self,
         settings: &Settings,

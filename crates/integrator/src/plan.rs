@@ -1,4 +1,4 @@
-//! The lights that a scene, and those that a shading point, needs.
+//! A plan has the lights of a scene that pictures need. It is made once for each scene.
 
 use crate::Spheres;
 use linelit_direct::{Luminaire, Luminaires, Texture};
@@ -7,25 +7,27 @@ use linelit_lights::Light;
 use linelit_scene::{SceneDescription, SceneLight};
 use std::sync::Arc;
 
-/// The lights of a scene that emit.
+/// The lights of a scene that emit light.
 ///
-/// Lights that emit nothing are dropped once, for the whole scene. Per shading point, lights that
-/// face away or lie below the horizon are, and all lights where the material reflects nothing.
-/// What visibility then finds (empty shafts, lights hidden by one occluder) is skipped by the
-/// estimators. All of it is counted in [`PlanCounters`](linelit_estimators::PlanCounters); every
-/// skip leaves the image as it is, bit for bit, or replaces an estimate by the exact value.
+/// Lights that emit nothing are left out once, for the whole scene. At each shading point, lights
+/// that face away or are below the horizon are left out, and on black materials all lights are.
+/// What visibility queries then show (an empty shaft, or a light that one occluder hides) lets
+/// estimators skip samples. All of this is counted in
+/// [`PlanCounters`](linelit_estimators::PlanCounters). Whatever is skipped either leaves the image
+/// unchanged, bit for bit, or replaces an estimate by its exact value.
 #[derive(Clone, Debug)]
 pub struct Plan {
     facets: Luminaires,
-    /// Lights with exact spheres in place of their facets, if there are any.
+    /// The same lights, with exact spheres, disks and cylinders instead of their facets; `None` if
+    /// there are no such shapes.
     exact: Option<Luminaires>,
 }
 
 impl Plan {
-    /// The plan of the lights of a scene that emit. `look` measures the occlusion of lights.
+    /// Makes the plan of a scene. `look` measures the occlusion of the lights.
     pub(crate) fn new(scene: &SceneDescription, look: impl FnOnce(&mut [Luminaire])) -> Self {
         let indices = u32::try_from(scene.lights.len()).unwrap_or(u32::MAX);
-        // Look once, at the lights as most pictures take them.
+        // Measure the occlusion once, for the lights in the form that most pictures use.
         let mut facets = emitting(scene);
         let mut exact = with_round(scene, &facets);
         look(&mut exact);
@@ -35,6 +37,7 @@ impl Plan {
                 exact: None,
             };
         }
+        // Copy it to the facets of the lights.
         for facet in &mut facets {
             if let Ok(k) = exact.binary_search_by_key(&facet.index, |light| light.index) {
                 facet.occlusion = exact[k].occlusion;
@@ -46,13 +49,14 @@ impl Plan {
         }
     }
 
-    /// The lights that emit, with spheres as the settings want them.
+    /// The lights that emit, with round shapes in the form that is requested.
     #[must_use]
     pub fn lights_of(&self, spheres: Spheres) -> &[Luminaire] {
         self.set_of(spheres).as_slice()
     }
 
-    /// The lights that emit, with the tables for choosing among them.
+    /// The lights that emit, with round shapes in the form that is requested, and the tables for
+    /// choosing among them.
     pub(crate) const fn set_of(&self, spheres: Spheres) -> &Luminaires {
         match (&self.exact, spheres) {
             (Some(set), Spheres::Exact) => set,
@@ -60,8 +64,8 @@ impl Plan {
         }
     }
 
-    /// Changes a light of the scene; an exact sphere is the first of its facets. False if no light
-    /// that emits has that number.
+    /// Changes the light with a number in the scene, in both forms; a round light has the number of
+    /// its first facet. Returns `false` if no light that emits has this number.
     pub(crate) fn change(&mut self, light: u32, change: impl Fn(&mut Luminaire)) -> bool {
         let mut is_found = false;
         for set in std::iter::once(&mut self.facets).chain(&mut self.exact) {
@@ -71,7 +75,7 @@ impl Plan {
     }
 }
 
-/// The lights of a scene that emit.
+/// The lights of a scene that emit, with facets for round shapes.
 fn emitting(scene: &SceneDescription) -> Vec<Luminaire> {
     let textured = scene.lights.iter().filter(|l| l.map.is_some()).count();
     (scene.lights.iter().zip(0u32..))
@@ -80,14 +84,15 @@ fn emitting(scene: &SceneDescription) -> Vec<Luminaire> {
             triangles: light.triangles.clone(),
             texture: texture(light, textured),
             profile: light.profile.clone(),
-            // Files are rounded: a lamp may be mounted flush in a slanted ceiling.
+            // Files contain rounded numbers: a lamp may be mounted flush in a slanted ceiling.
             margins: Margins::DEFAULT,
             ..Luminaire::new(index, Arc::clone(&light.light))
         })
         .collect()
 }
 
-/// The texture of one of `count` textured lights.
+/// The texture of a light of which there are `count` with textures; `None` if the light has no
+/// texture.
 fn texture(light: &SceneLight, count: usize) -> Option<Texture> {
     let (Light::Area(area), Some(map)) = (&*light.light, &light.map) else {
         return None;
@@ -96,7 +101,8 @@ fn texture(light: &SceneLight, count: usize) -> Option<Texture> {
     Some(Texture::new(texture))
 }
 
-/// The lights with spheres and cylinders that emit outwards, and disks, in place of their facets.
+/// The same lights, with exact shapes instead of the facets of disks, and of spheres and cylinders
+/// that emit outwards.
 fn with_round(scene: &SceneDescription, lights: &[Luminaire]) -> Vec<Luminaire> {
     let exact = |facet: &Luminaire| {
         let Some(round) = scene.whole_of(facet.index) else {

@@ -1,27 +1,29 @@
-//! Shading points: where a camera ray meets the scene.
+//! A shading point is a point where a camera ray, or its reflection, meets a surface of the scene.
 
 use linelit_geometry::DVec3;
 use linelit_scene::Bounce;
 use std::ops::{Deref, DerefMut};
 
-/// A point of the scene that a ray meets: what estimators ask about it (it derefs to that), and
-/// what a picture shows beside the lights' light.
+/// A point of the scene that a ray meets. It has what estimators need, to which it dereferences,
+/// and what a picture shows in addition to the light of the scene's lights.
 #[derive(Clone, Debug)]
 pub struct ShadingPoint {
-    /// Position, normals, direction to the viewer, reflection.
+    /// The position, the normals, the direction to the viewer, and the reflection.
     pub shading: linelit_estimators::ShadingPoint,
-    /// Index into the scene's materials.
+    /// The index of the material among the scene's materials.
     pub material: u32,
-    /// Distance of the position from the surface.
+    /// The distance by which the position is lifted off the surface.
     pub lift: f64,
-    /// Directions in which perfect mirrors and glass send the view on; empty for most.
+    /// The directions in which a perfect mirror or glass reflects or refracts the view; empty for
+    /// most surfaces.
     pub bounces: Vec<Bounce>,
-    /// Radiance that the surface itself emits towards the viewer, W/(m²·sr).
+    /// The radiance that the surface itself emits towards the viewer, W/(m²·sr).
     pub emitted: DVec3,
 }
 
 impl ShadingPoint {
-    /// Whether the material's light has a closed form along a line and over a polygon.
+    /// Returns whether the material's reflected light has a closed form along lines, and over
+    /// polygons unless it has Gaussian lobes.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
         self.shading.known().closed_form().is_some()

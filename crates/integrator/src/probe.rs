@@ -1,12 +1,14 @@
-//! Points of the scene that a grid of camera rays meets, from which lights are looked at.
+//! This module finds the points of the scene that a grid of camera rays meets, from which lights
+//! are probed.
 
 use crate::world::World;
 use crate::{ShadingPoint, Workspace};
 
-/// Camera rays across and down whose points tell how hidden the lights are.
+/// The number of camera rays, across and down, whose points measure how much of the lights is
+/// hidden.
 pub(crate) const RAYS: u32 = 8;
 
-/// The points that a grid of camera rays, that many across and down, meets.
+/// The points that a grid of camera rays meets, with `rays` of them across and down.
 pub(crate) fn grid(world: &World<'_>, rays: u32, workspace: &mut Workspace) -> Vec<ShadingPoint> {
     let film = &world.scene.film;
     let along = |k: u32, size: u32| {

@@ -1,4 +1,5 @@
-//! From a pixel to its direct light.
+//! The renderer computes the radiance of pixels, from camera rays to the direct light of the
+//! surfaces that they meet.
 
 use crate::probe::{RAYS, grid};
 use crate::world::World;
@@ -11,7 +12,7 @@ use linelit_scene::{Projection, SceneDescription};
 use linelit_visibility::{Fan, Occluders};
 use std::ops::Range;
 
-/// A scene ready to be estimated: occluders built, plan made.
+/// A scene that is ready to be rendered: its occluders are built and its lights are planned.
 #[derive(Debug)]
 pub struct Renderer<'s> {
     pub(crate) world: World<'s>,
@@ -19,16 +20,18 @@ pub struct Renderer<'s> {
 }
 
 impl<'s> Renderer<'s> {
-    /// Builds the occluders and the plan of a scene, and the smaller copies of its images.
+    /// Prepares a scene for any estimator: builds its occluders and the mipmaps of its images, and
+    /// plans its lights.
     #[must_use]
     pub fn new(scene: &'s SceneDescription) -> Self {
         Self::for_estimators(scene, [&Estimator::hybrid()])
     }
 
-    /// Builds them for known estimators, those of lights of their own included. Where all of them
-    /// query by shadow rays alone (`point-area`), what shafts need is left out. Where none of them
-    /// has lines, lights are not looked at beforehand. Their estimates are those of
-    /// [`Renderer::new`], to the bit; other estimators may take longer, and choose otherwise.
+    /// Prepares a scene for some estimators, which should include the estimators of single lights.
+    /// If all of them query visibility by shadow rays alone (`point-area`), the parts of the
+    /// hierarchy that only shafts need are left out. If none of them has lines, lights are not
+    /// probed. The estimates are those of [`Renderer::new`], to the bit. Other estimators may take
+    /// longer and choose other methods.
     #[must_use]
     pub fn for_estimators<'e>(
         scene: &'s SceneDescription,
@@ -42,7 +45,7 @@ impl<'s> Renderer<'s> {
         }
         let world = World::new(scene, !shafts);
         scene.prepare_textures();
-        // Look at the lights from the points that a grid of camera rays meets.
+        // Probe the lights from the points that a grid of camera rays meets, and plan them.
         let mut workspace = Workspace::new();
         let points = match occlusion {
             true => [RAYS, 2 * RAYS].map(|rays| grid(&world, rays, &mut workspace)),
@@ -60,50 +63,52 @@ impl<'s> Renderer<'s> {
         Self { world, plan }
     }
 
-    /// The scene.
+    /// The scene that is rendered.
     #[must_use]
     pub const fn scene(&self) -> &'s SceneDescription {
         self.world.scene
     }
 
-    /// The plan.
+    /// The plan of the scene's lights.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// Gives a light, by its number in the scene, an estimator of its own in place of the
-    /// settings'; `None` takes it back. A round shape goes by the number of its first facet.
-    /// Returns whether a light that emits has this number: else nothing changes.
+    /// Gives a light, by its number in the scene, an estimator of its own, which replaces the
+    /// estimator of the settings; `None` removes it. A round shape has the number of its first
+    /// facet. Returns whether a light that emits has this number; if not, nothing changes.
     pub fn set_light_estimator(&mut self, light: u32, estimator: Option<Estimator>) -> bool {
         self.plan
             .change(light, |planned| planned.estimator = estimator)
     }
 
-    /// Samples a light, by its number in the scene, for itself with all samples, where one of the
-    /// others is picked for each ([`LightChoice`](crate::LightChoice)); or puts it back.
+    /// Chooses whether a light, by its number in the scene, always gets all samples, even if one of
+    /// the other lights is chosen at random for each sample ([`LightChoice`](crate::LightChoice)).
     ///
-    /// For lights that are bright and mostly hidden, which no choice knows: a sun behind shutters
-    /// would take nearly all samples from the lamps of a room (Shirley & Wang 1991, section 5).
-    /// Returns whether a light that emits has this number: else nothing changes.
+    /// This is for lights that are bright and mostly hidden, since no choice of lights knows the
+    /// occluders: a sun behind shutters would take nearly all samples from the lamps of a room
+    /// (Shirley & Wang 1991, section 5). Returns whether a light that emits has this number; if
+    /// not, nothing changes.
     pub fn set_light_apart(&mut self, light: u32, is_apart: bool) -> bool {
         self.plan
             .change(light, |planned| planned.is_apart = is_apart)
     }
 
-    /// The triangles of the scene, by their numbers, as camera rays meet them. Rays to lights may
-    /// meet fewer.
+    /// The triangles of the scene, by their numbers, as camera rays meet them. Shadow rays may meet
+    /// fewer of them.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
         &self.world.views
     }
 
-    /// The radiance of a pixel, W/(m²·sr), linear RGB, times the scale of the scene's film. A pure
-    /// function of the settings and the pixel.
+    /// Computes the radiance of a pixel, W/(m²·sr), in linear RGB, times the scale of the scene's
+    /// film. It is a pure function of the settings and the pixel.
     ///
-    /// Of n samples in a pixel each sees textures over 1/√n of its width and height, as in pbrt-v3:
-    /// together they cover it once, and what many samples converge to has no blur but the film's.
-    /// (pbrt-v4 keeps an eighth of the pixel from 64 samples on.)
+    /// If a pixel has n samples, each of them filters textures over 1/√n of the pixel's width and
+    /// height, as in pbrt-v3. Together the samples cover the pixel once, so that the limit of many
+    /// samples has no blur but the film's. (pbrt-v4 keeps an eighth of the pixel from 64 samples
+    /// on.)
     #[must_use]
     pub fn pixel(&self, settings: &Settings, pixel: [u32; 2], workspace: &mut Workspace) -> DVec3 {
         let block = |block| self.pixel_block(settings, pixel, block, workspace, |_| {});
@@ -111,13 +116,13 @@ impl<'s> Renderer<'s> {
         sum / f64::from(settings.pixel_samples.max(1))
     }
 
-    /// The sum of the radiance of some camera samples of a pixel, one of
-    /// [`Settings::sample_blocks`]; `each` gets the radiance of every sample. The sum of the
-    /// blocks of a pixel in their order, divided by the number of samples, is
-    /// [`Renderer::pixel`] to the bit, wherever they were computed.
+    /// Computes the sum of the radiance of some camera samples of a pixel, which are one of
+    /// [`Settings::sample_blocks`]; `each` gets the radiance of every sample. The sum over the
+    /// blocks of a pixel in their order, divided by the number of samples, is [`Renderer::pixel`]
+    /// to the bit, no matter where the blocks were computed.
     ///
-    /// Samples are spread evenly over the pixel, so that the variance of their mean is less than
-    /// what they, as if independent, say.
+    /// The samples are spread evenly over the pixel. Hence the variance of their mean is less than
+    /// one would estimate from them if they were independent.
     pub fn pixel_block(
         &self,
         settings: &Settings,
@@ -126,6 +131,7 @@ impl<'s> Renderer<'s> {
         workspace: &mut Workspace,
         mut each: impl FnMut(DVec3),
     ) -> DVec3 {
+        // Choose the positions of the camera samples in the filter.
         let count = settings.pixel_samples.max(1);
         let sampler = Sampler::new(settings.sampler, settings.seed);
         let jitter = (count > 1).then(|| sampler.points(pixel, streams::CAMERA, count));
@@ -133,6 +139,7 @@ impl<'s> Renderer<'s> {
             let jitter = jitter.as_ref().map_or([0.5, 0.5], |set| set.get_2d(i));
             self.camera_sample(pixel, i, jitter)
         });
+        // Add up their radiance.
         let mut sum = DVec3::ZERO;
         self.see(settings, samples, workspace, |radiance| {
             sum += radiance;
@@ -141,9 +148,9 @@ impl<'s> Renderer<'s> {
         sum
     }
 
-    /// The radiance of neighbouring pixels of a row, from `first` on to the right, in place of what
-    /// `out` holds: as [`Renderer::pixel`] for one after the other, but that with one camera sample
-    /// each their camera rays are traced together.
+    /// Computes the radiance of neighbouring pixels of a row, from `first` to the right, and writes
+    /// it to `out`. The values are those of [`Renderer::pixel`]; if pixels have one camera sample
+    /// each, their camera rays are traced together.
     pub fn row(
         &self,
         settings: &Settings,
@@ -168,7 +175,8 @@ impl<'s> Renderer<'s> {
         });
     }
 
-    /// A camera sample at a place of the pixel's filter, uniform over the filter's support.
+    /// The camera sample at a position in the pixel's filter. For uniform `jitter` in [0, 1]² the
+    /// position is uniform over the filter's support.
     fn camera_sample(&self, pixel: [u32; 2], index: u32, jitter: [f64; 2]) -> CameraSample {
         let radius = self.scene().film.filter_radius;
         let at = [0, 1].map(|i| {
@@ -178,8 +186,8 @@ impl<'s> Renderer<'s> {
         CameraSample { pixel, index, at }
     }
 
-    /// Tells `each` the radiance that each camera sample brings. Up to eight camera rays that begin
-    /// in one place are traced together ([`Occluders::closest_hits`]).
+    /// Calls `each` with the radiance of each camera sample, in order. Up to eight camera rays with
+    /// the same origin are traced together ([`Occluders::closest_hits`]).
     fn see(
         &self,
         settings: &Settings,
@@ -195,7 +203,7 @@ impl<'s> Renderer<'s> {
         let mut directions = [DVec3::ZERO; 8];
         loop {
             stop::check();
-            // Collect camera rays that begin in one point.
+            // Collect camera rays with the same origin.
             let (mut found, mut origin) = (0, DVec3::ZERO);
             for sample in samples.by_ref().take(if one_place { 8 } else { 1 }) {
                 let ray = camera.ray(sample.at[0], sample.at[1]);
@@ -214,7 +222,7 @@ impl<'s> Renderer<'s> {
             };
             let Workspace { direct, hits } = &mut *workspace;
             (self.world.views).closest_hits(&fan, hits, &mut direct.buffers.scratch);
-            // Add up the light at what each of them meets: a sky, or a surface.
+            // Find the radiance of each: of the sky, or of the surface that the ray meets.
             for (k, CameraSample { pixel, index, at }) in together[..found].iter().enumerate() {
                 let Some(hit) = workspace.hits[k] else {
                     let sky = match settings.show_lights {
@@ -235,7 +243,7 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// The radiance that a camera ray brings from a point.
+    /// The radiance that a camera ray sees at a point of a surface, times the scale of the film.
     fn shown(
         &self,
         settings: &Settings,
@@ -253,7 +261,8 @@ impl<'s> Renderer<'s> {
         (emitted + reflected) * self.scene().film.scale
     }
 
-    /// Direct light, and the light that perfect mirrors and glass show.
+    /// The direct light of a point, plus the light that perfect mirrors and glass show there. Each
+    /// bounce has random numbers of its own.
     fn reflected(
         &self,
         settings: &Settings,
@@ -266,6 +275,7 @@ impl<'s> Renderer<'s> {
         if bounces == 0 {
             return sum;
         }
+        // Follow the reflected and the refracted view.
         for bounce in &point.bounces {
             names.path = names.path.wrapping_add(1);
             if let Some(next) = &self.world.follow(point, bounce, workspace) {
@@ -278,7 +288,8 @@ impl<'s> Renderer<'s> {
         sum
     }
 
-    /// The point at which the camera ray through the centre of a pixel meets the scene.
+    /// The point at which the camera ray through the centre of a pixel meets the scene; `None` if
+    /// it meets nothing.
     #[must_use]
     pub fn shading_point(
         &self,
@@ -288,8 +299,8 @@ impl<'s> Renderer<'s> {
         self.world.shading_point(pixel, workspace)
     }
 
-    /// The light that all lights of the scene send directly from `point` to its viewer,
-    /// W/(m²·sr). `pixel` names the random numbers: they are those of its first camera sample.
+    /// Estimates the direct light that `point` reflects to its viewer from all lights of the scene,
+    /// W/(m²·sr). `pixel` selects the random numbers, which are those of its first camera sample.
     #[must_use]
     pub fn direct(
         &self,
@@ -306,6 +317,7 @@ impl<'s> Renderer<'s> {
         self.direct_by(settings, point, names, workspace)
     }
 
+    /// The direct light of a point, with the random numbers of these names.
     fn direct_by(
         &self,
         settings: &Settings,
@@ -322,7 +334,7 @@ impl<'s> Renderer<'s> {
     }
 }
 
-/// A camera sample: its pixel, its number in the pixel, and its place on the film.
+/// A camera sample: its pixel, its index in the pixel, and its position on the film.
 #[derive(Clone, Copy, Debug, Default)]
 struct CameraSample {
     pixel: [u32; 2],

@@ -1,4 +1,4 @@
-//! How a picture is estimated.
+//! These settings say how a picture is estimated.
 
 use linelit_direct::LightChoice;
 use linelit_estimators::Estimator;
@@ -7,37 +7,42 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Settings of a render: estimator, pattern, samples, lights.
+/// The settings of a picture: the estimator, the sampling pattern, the samples, and how lights are
+/// treated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The estimator.
+    /// The estimator for lights that have no estimator of their own.
     pub estimator: Estimator,
     /// The sampling pattern.
     pub sampler: SamplerKind,
-    /// Light samples per shading point and light; of one light at a time ([`LightChoice`]), per
-    /// shading point. From 1 to [`MOST_SAMPLES`](linelit_estimators::MOST_SAMPLES), to which other
-    /// numbers are clamped: all samples of a light are in memory at once.
+    /// The number of samples for each shading point and light. If a light is chosen at random for
+    /// each sample ([`LightChoice`]), it is the number of samples for each shading point. It is
+    /// clamped to the range from 1 to [`MOST_SAMPLES`](linelit_estimators::MOST_SAMPLES), since all
+    /// samples of a light are in memory at the same time.
     pub samples: u32,
-    /// The lights that a shading point samples.
+    /// Which lights a shading point samples.
     pub lights: LightChoice,
-    /// Representation of emissive spheres, disks and cylinders.
+    /// The form in which spheres, disks and cylinders that emit light are estimated.
     pub spheres: Spheres,
-    /// Camera samples per pixel: 1 goes through the pixel's centre, more jitter it. Each takes a
-    /// [`Block`](linelit_samplers::Block) of the pixel's patterns. 0 counts as 1.
+    /// The number of camera samples per pixel. A single sample goes through the pixel's centre, and
+    /// more samples are jittered. Each of them gets a [`Block`](linelit_samplers::Block) of the
+    /// pixel's patterns. 0 counts as 1.
     pub pixel_samples: u32,
-    /// The seed, any number; two seeds give independent estimates.
+    /// The seed, which may be any number; two seeds give independent estimates.
     pub seed: u64,
-    /// Whether a light that the camera sees shows its radiance.
+    /// Whether the camera sees the radiance of the lights themselves.
     pub show_lights: bool,
-    /// The number of perfect reflections and refractions in a row that the view follows; 0 leaves
-    /// mirrors and glass black (but for lights), as direct light alone does. Above
-    /// [`Settings::MOST_BOUNCES`] it counts as that many.
+    /// The largest number of successive perfect reflections and refractions that the view follows.
+    /// With 0, as for direct light alone, mirrors and glass are black, unless they emit light
+    /// themselves. More than [`Settings::MOST_BOUNCES`] counts as that many.
     pub bounces: u32,
-    /// Whether what cannot matter is skipped and what has a closed form takes it. Off, every
-    /// sample is taken: for tests, and for studies of an estimator as its paper has it.
+    /// Whether lights that cannot contribute are skipped, and closed forms are used where nothing
+    /// is hidden. If `false`, every sample is taken: for tests, and for studies of an estimator as
+    /// it was published.
     pub skip: bool,
-    /// Whether the lines and points of a combination share one traversal. Off, each has its own, as
-    /// published: to measure what that costs. Estimates differ by rounding.
+    /// Whether the lines and points of a combination share one traversal of the hierarchy. If
+    /// `false`, each has its own, as published, so that its cost can be measured. Estimates differ
+    /// by rounding only.
     pub share: bool,
 }
 
@@ -59,16 +64,16 @@ impl Default for Settings {
     }
 }
 
-/// The number of camera samples of a block, unless there are more than its square, and the most
-/// blocks of a pixel.
+/// The number of camera samples in a block, unless there are more than its square, and the largest
+/// number of blocks of a pixel.
 const BLOCK: u32 = 64;
 
 impl Settings {
-    /// The most reflections and refractions in a row that a view follows.
+    /// The largest number of successive reflections and refractions that a view follows.
     pub const MOST_BOUNCES: u32 = 64;
 
-    /// The blocks in which the camera samples of a pixel are added up: of 64 each, or longer ones
-    /// so that there are at most 64. Up to 64 samples are one block.
+    /// The blocks in which the camera samples of a pixel are added up. They have 64 samples each,
+    /// or more so that there are at most 64 blocks. Up to 64 samples are one block.
     ///
     /// ```
     /// let settings = linelit_integrator::Settings { pixel_samples: 150, ..Default::default() };
@@ -80,7 +85,7 @@ impl Settings {
         (0..count.div_ceil(block)).map(move |k| k * block..count.min((k + 1).saturating_mul(block)))
     }
 
-    /// The settings of the light at a point.
+    /// The settings of the light at one point.
     pub(crate) const fn direct(&self) -> linelit_direct::Settings<'_> {
         linelit_direct::Settings {
             estimator: &self.estimator,
@@ -94,14 +99,14 @@ impl Settings {
     }
 }
 
-/// Representation of emissive spheres, disks and cylinders.
+/// The form in which spheres, disks and cylinders that emit light are estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spheres {
-    /// `facets`: its triangles, which are what the camera sees.
+    /// `facets`: their triangles, which are also what the camera sees.
     Facets,
-    /// `exact`: spheres, disks and cylinders themselves. Spheres and cylinders that emit inwards or
-    /// on both sides, disks with a hole, disks and cylinders with a missing sector, and those that
-    /// emit an image keep their facets.
+    /// `exact`: the exact shapes. These shapes keep their facets: spheres and cylinders that emit
+    /// inwards or on both sides, disks with a hole, disks and cylinders with a missing sector, and
+    /// shapes that emit an image.
     #[default]
     Exact,
 }

@@ -1,5 +1,5 @@
-//! The occluders of a scene, with the holes of its meshes: those that views meet, those that hide
-//! lights, and the surfaces there.
+//! The world of a scene has its occluders, with holes where meshes have them, both for views and
+//! for shadows, and finds the surfaces that rays meet.
 
 use crate::{ShadingPoint, Workspace};
 use linelit_estimators::SURFACE_OFFSET;
@@ -14,26 +14,27 @@ use linelit_visibility::{
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// The occluders of a scene, and its surfaces. Triangles have the numbers of the scene.
+/// The occluders and the surfaces of a scene. Triangles have the same numbers as in the scene.
 #[derive(Debug)]
 pub(crate) struct World<'s> {
     pub(crate) scene: &'s SceneDescription,
-    /// Whether the scene has textures, so that the footprint of a pixel matters.
+    /// Whether the scene has textures, so that the footprints of pixels are needed.
     has_textures: bool,
     skies: Vec<&'s Sky>,
-    /// The occluders of views: of camera rays, and of those that mirrors and glass send on.
+    /// The occluders of views: of camera rays, and of their reflections by mirrors and refractions
+    /// by glass.
     pub(crate) views: Occluders,
-    /// The occluders of lights, which share the hierarchy of views where they are the same.
+    /// The occluders of lights. They share the hierarchy of views if both are the same.
     pub(crate) shadows: Occluders,
 }
 
-/// The masks of the meshes with holes, after the first triangle of each. A place hides what is
-/// behind it if it does by all masks of its mesh.
+/// The masks of all meshes with holes, each with the number of the mesh's first triangle. A point
+/// of a mesh hides what is behind it if it does so by all masks of the mesh.
 #[derive(Debug)]
 struct Masks(Vec<(u32, Vec<AlphaMask>)>);
 
 impl Masks {
-    /// The masks of a triangle, and its number in its mesh.
+    /// The masks for a triangle, and the number of the triangle in its mesh.
     fn at(&self, triangle: u32) -> (&[AlphaMask], u32) {
         let next = self.0.partition_point(|(first, _)| *first <= triangle);
         let (first, masks) = &self.0[next - 1];
@@ -52,6 +53,7 @@ impl Filter for Masks {
         let Some((first, others)) = masks.split_first() else {
             return;
         };
+        // Intersect the hidden intervals of all masks.
         first.hides_along(triangle, ends, hidden);
         for mask in others {
             let (before, mut own) = (std::mem::take(hidden), Vec::new());
@@ -64,13 +66,14 @@ impl Filter for Masks {
     }
 }
 
-/// The texels of each alpha of a scene.
+/// The texels of each alpha map of a scene.
 type Alphas = [Option<(AlphaGrid, Arc<AlphaTexels>)>];
 
 impl<'s> World<'s> {
-    /// The world of a scene; `for_rays`, without what shafts to lights need.
+    /// Builds the world of a scene. If `for_rays` is set, the parts of the hierarchy that only
+    /// shafts need are left out.
     pub(crate) fn new(scene: &'s SceneDescription, for_rays: bool) -> Self {
-        // Read the holes of all meshes.
+        // Read the masks of all meshes with holes.
         let grids = scene.alphas.iter().map(Alpha::grid);
         let alphas: Vec<_> = grids.map(|grid| grid.and_then(texels)).collect();
         let masks = |mesh: &Mesh, by: &[Option<u32>]| -> Vec<AlphaMask> {
@@ -78,7 +81,7 @@ impl<'s> World<'s> {
             by.filter_map(|k| mask(scene, mesh, *k, &alphas)).collect()
         };
         let holes = |mesh: &Mesh| mesh.cutout.map_or([None; 2], |c| [c.seen, c.shadow]);
-        // Build one hierarchy for views and shadows, or two where some mesh hides only one of both.
+        // Build one hierarchy for views and shadows, or two if a mesh hides only one of them.
         let differs = |mesh: &Mesh| mesh.casts_no_shadow || holes(mesh)[1].is_some();
         let differ = scene.meshes.iter().any(differs);
         let seen = |mesh: &Mesh| Some(masks(mesh, &holes(mesh)[..1]));
@@ -99,7 +102,8 @@ impl<'s> World<'s> {
         }
     }
 
-    /// The point that the view meets next from a mirror or through glass.
+    /// The point that the view meets next after a reflection by a mirror or a refraction by glass;
+    /// `None` if it meets nothing.
     pub(crate) fn follow(
         &self,
         point: &ShadingPoint,
@@ -107,7 +111,8 @@ impl<'s> World<'s> {
         workspace: &mut Workspace,
     ) -> Option<ShadingPoint> {
         let direction = bounce.direction;
-        // Points are lifted to the viewer's side; what goes through leaves on the other.
+        // A point is lifted to the viewer's side; a view that goes through the surface begins on
+        // the other side.
         let behind = direction.dot(point.geometric_normal) < 0.0;
         let lift = if behind { 2.0 * point.lift } else { 0.0 };
         let ray = Ray::new(point.position - point.geometric_normal * lift, direction);
@@ -116,13 +121,14 @@ impl<'s> World<'s> {
         Some(self.surface_point(&hit, direction, bounce.beside.as_ref()))
     }
 
-    /// The radiance of the skies that a ray from `x` in the unit direction `w` shows where it meets
-    /// no surface.
+    /// The radiance of the skies that is seen along a ray from `x` in the unit direction `w`, if
+    /// the ray meets no surface.
     pub(crate) fn sky(&self, x: DVec3, w: DVec3) -> DVec3 {
         self.skies.iter().map(|sky| sky.radiance(x, w)).sum()
     }
 
-    /// The point at which the camera ray through the centre of a pixel meets the scene.
+    /// The point at which the camera ray through the centre of a pixel meets the scene; `None` if
+    /// it meets nothing.
     pub(crate) fn shading_point(
         &self,
         pixel: [u32; 2],
@@ -136,8 +142,8 @@ impl<'s> World<'s> {
         Some(self.seen_at(at, &hit, camera.direction, 1.0))
     }
 
-    /// The point that the camera ray through a place of the film has met; the place stands for a
-    /// part of its pixel `spacing` wide.
+    /// The point that the camera ray through a position of the film has met. The position
+    /// represents a part of its pixel that is `spacing` wide and high.
     pub(crate) fn seen_at(
         &self,
         [x, y]: [f64; 2],
@@ -149,12 +155,15 @@ impl<'s> World<'s> {
         self.surface_point(hit, direction, beside.as_ref())
     }
 
+    /// The shading point at a hit of a ray; `beside` has the neighbouring rays, for the footprint
+    /// of textures.
     fn surface_point(
         &self,
         hit: &Hit,
         direction: DVec3,
         beside: Option<&RayDifferential>,
     ) -> ShadingPoint {
+        // Turn the normals to the viewer's side, and lift the point off the surface.
         let surface = (self.scene).surface_over(hit.triangle, hit.barycentric, direction, beside);
         let outgoing = -direction.normalize_or_zero();
         let geometric_normal = towards(surface.geometric_normal, outgoing);
@@ -176,23 +185,27 @@ impl<'s> World<'s> {
         }
     }
 
+    /// The radiance that a surface itself emits towards the viewer.
     fn emitted(&self, surface: &Surface, outgoing: DVec3) -> DVec3 {
         let light = surface.light.map(|i| &self.scene.lights[i as usize]);
-        // Lines have no surface to look at; round lights are triangles in a scene.
+        // Linear lights have no surface that could be seen, and round lights are triangles in a
+        // scene.
         light.map_or(DVec3::ZERO, |light| {
             light.shown(surface.footprint(), outgoing)
         })
     }
 }
 
-/// The occluders of a scene whose meshes have the holes of some masks; `None` leaves a mesh out.
+/// Builds the occluders of a scene. Each mesh has the holes of some masks; for `None` the mesh is
+/// left out.
 fn occluders(
     scene: &SceneDescription,
     for_rays: bool,
     masks: impl Fn(&Mesh) -> Option<Vec<AlphaMask>>,
 ) -> Occluders {
-    /// No vertex: a triangle that has it is left out.
+    /// An index of no vertex: a triangle that has it is left out.
     const NONE: [u32; 3] = [u32::MAX; 3];
+    // Separate the triangles of meshes with holes from all others, by number.
     let mut solid = Cow::Borrowed(&scene.triangles[..]);
     let (mut holed, mut all) = (Vec::new(), Vec::new());
     for mesh in &scene.meshes {
@@ -208,6 +221,7 @@ fn occluders(
         }
         solid.to_mut()[numbers].fill(NONE);
     }
+    // Build the hierarchy of the triangles without holes.
     let solid = match for_rays {
         true => Occluders::build_for_rays(&scene.positions, &solid),
         false => Occluders::build(&scene.positions, &solid),
@@ -216,12 +230,12 @@ fn occluders(
     if all.is_empty() {
         return solid;
     }
-    // What has holes is looked at triangle by triangle.
+    // Triangles with holes are tested one by one, for which a hierarchy for rays is enough.
     let holed = Occluders::build_for_rays(&scene.positions, &holed).moved(scene.origin);
     solid.with_holes(holed, Arc::new(Masks(all)))
 }
 
-/// A mesh's holes by an alpha, if that has texels.
+/// The holes that an alpha map makes in a mesh, if the map has texels.
 fn mask(scene: &SceneDescription, mesh: &Mesh, alpha: u32, alphas: &Alphas) -> Option<AlphaMask> {
     let (grid, texels) = alphas.get(alpha as usize)?.as_ref()?;
     let corners = |t: &[u32; 3]| mesh.corner_uvs(&scene.uvs, *t).map(|uv| grid.place(uv));
@@ -229,7 +243,7 @@ fn mask(scene: &SceneDescription, mesh: &Mesh, alpha: u32, alphas: &Alphas) -> O
     AlphaMask::new(Arc::clone(texels), triangles.iter().map(corners).collect()).ok()
 }
 
-/// The texels of a grid, and the rest of it.
+/// The texels of an alpha map, together with the map's other properties.
 fn texels(mut grid: AlphaGrid) -> Option<(AlphaGrid, Arc<AlphaTexels>)> {
     let values = std::mem::take(&mut grid.values);
     let texels = AlphaTexels::new(grid.width, grid.height, values).ok()?;
@@ -249,7 +263,7 @@ fn texels(mut grid: AlphaGrid) -> Option<(AlphaGrid, Arc<AlphaTexels>)> {
     Some((grid, Arc::new(texels.with_cutoff(cutoff))))
 }
 
-/// `v`, turned to the side of `reference`.
+/// Returns `v`, or `−v` if that is on the side of `reference`.
 fn towards(v: DVec3, reference: DVec3) -> DVec3 {
     if v.dot(reference) < 0.0 { -v } else { v }
 }

@@ -1,5 +1,5 @@
-//! Points of a light that are drawn before their visibility is asked for: one by one, or eight
-//! side by side.
+//! Points of a light are drawn here in blocks of at most 64, before their visibility is queried.
+//! They are drawn one by one, or in SIMD lanes, eight at a time, with the same bits.
 
 use crate::draw::Source;
 use crate::integrand::Integrand;
@@ -11,24 +11,25 @@ use linelit_samplers::SampleSet;
 use linelit_simd::{Isa, Lanes, Simd, dispatch};
 use std::ops::Range;
 
-/// The most points that are drawn before their visibility is asked for: a bit of the answer each.
+/// The most points that are drawn before their visibility is queried, which gives one bit for each.
 pub(crate) const BLOCK: u32 = u64::BITS;
 
 const SIZE: usize = BLOCK as usize;
 
-/// Fewer points than this are faster one by one.
+/// Fewer points than this are drawn faster one by one than in lanes.
 pub(crate) const LEAST: usize = 3;
 
-/// A number of each point of a block, eight side by side.
+/// One number for each point of a block, eight in each row.
 pub(crate) type Column = [[f64; 8]; SIZE / 8];
 
-/// Points of one block that carry light, drawn and waiting for their visibility.
+/// The points of one block that carry light. They have been drawn, and their visibility is not yet
+/// known.
 #[derive(Debug)]
 pub(crate) struct PointBlock {
     len: usize,
-    /// L f_r cos θ/p_ω.
+    /// The light that each point contributes if it is visible, L f_r cos θ/p_ω.
     contributions: [DVec3; SIZE],
-    /// The vectors to the points, or the points themselves, as `Target` says.
+    /// The positions of the points, in the form that [`Target`] says.
     targets: [DVec3; SIZE],
     columns: Columns,
 }
@@ -44,14 +45,16 @@ impl Default for PointBlock {
     }
 }
 
-/// Points in lanes. Beyond those of a block, columns hold what blocks before it left.
+/// The points of a block in lanes. Rows that the block does not fill have values of blocks before
+/// it.
 #[derive(Debug, Default)]
 struct Columns {
-    /// Pairs of random numbers.
+    /// The pairs of random numbers.
     u: [Column; 2],
-    /// The points, by coordinate as all vectors here.
+    /// The points. Each vector here is three columns, one for each coordinate.
     point: [Column; 3],
-    /// The densities of the points: in the measure that they were drawn in, then per solid angle.
+    /// The densities of the points: first in the measure in which they were drawn, then per solid
+    /// angle.
     density: Column,
     to_light: [Column; 3],
     direction: [Column; 3],
@@ -64,12 +67,12 @@ impl PointBlock {
         self.len = 0;
     }
 
-    /// Returns the vectors to the points, or the points themselves.
+    /// The positions of the points, in the form that [`Target`] says.
     pub(crate) fn targets(&self) -> &[DVec3] {
         &self.targets[..self.len]
     }
 
-    /// Adds a point, if it carries light and there is room.
+    /// Adds a point, if it carries light and the block is not full.
     #[inline]
     pub(crate) fn push(&mut self, value: DVec3, density: f64, target: DVec3) {
         if density > 0.0 && value != DVec3::ZERO && self.len < SIZE {
@@ -79,7 +82,7 @@ impl PointBlock {
         }
     }
 
-    /// The sum with what the points of a mask contribute, one after the other.
+    /// Adds the contributions of the points in a mask to a sum, one after the other.
     #[inline]
     pub(crate) fn add_to(&self, mut sum: DVec3, mut mask: u64) -> DVec3 {
         while mask != 0 {
@@ -89,8 +92,9 @@ impl PointBlock {
         sum
     }
 
-    /// Draws the points of some numbers of a set, which are no more than a block, into columns, as
-    /// [`Source::sample_into`]; where that gives none, their random numbers are there.
+    /// Draws points into the columns, by some numbers of a set, which are no more than a block
+    /// ([`Source::sample_into`]). If the result is `None`, only the random numbers are in the
+    /// columns.
     pub(crate) fn draw_columns(
         &mut self,
         source: Source<'_, '_>,
@@ -109,21 +113,22 @@ impl PointBlock {
         source.sample_into(columns.u.each_ref().map(|column| &column[..rows]), out)
     }
 
-    /// The random numbers of a point in the columns.
+    /// The pair of random numbers of a point in the columns.
     #[inline]
     pub(crate) fn numbers(&self, i: usize) -> [f64; 2] {
         self.columns.u.each_ref().map(|u| number(u, i))
     }
 
-    /// A point in the columns.
+    /// The position of a point in the columns.
     #[inline]
     pub(crate) fn on_light(&self, i: usize) -> DVec3 {
         at(&self.columns.point, i)
     }
 
-    /// Draws the points of some numbers of a set, which are no more than a block, side by side:
-    /// what one by one would give, to the bit. Draws none and says `false` where the surface is
-    /// not flat, or its source draws no points of its own.
+    /// Draws points in lanes, by some numbers of a set, which are no more than a block, and adds
+    /// those that carry light. The result has the same bits as points that are drawn one by one.
+    /// Returns `false`, without points, if the surface is not flat or the source cannot draw in
+    /// lanes.
     pub(crate) fn draw_in_lanes<R: Reflection, T: EmissionTexture>(
         &mut self,
         integrand: &Integrand<'_, R, T>,
@@ -133,12 +138,14 @@ impl PointBlock {
         numbers: &Range<u32>,
         target: Target,
     ) -> bool {
+        // Draw the points on the light.
         let Some(normal) = surface.flat() else {
             return false;
         };
         let Some(local) = self.draw_columns(source, set, numbers) else {
             return false;
         };
+        // See them from the shading point, and find those that carry light.
         let len = numbers.len().min(SIZE);
         let point = integrand.point;
         let seen = KernelInput {
@@ -150,6 +157,8 @@ impl PointBlock {
         };
         let mut carry = look(Isa::best(), &seen, len.div_ceil(8), &mut self.columns)
             & (u64::MAX >> (SIZE - len));
+        // Add them to the block; for emission or reflection that varies, evaluate the integrand
+        // first.
         let columns = &self.columns;
         let targets = match target {
             Target::ToLight => &columns.to_light,
@@ -173,18 +182,20 @@ impl PointBlock {
     }
 }
 
+/// The number of a point in a column.
 #[inline]
 fn number(column: &Column, i: usize) -> f64 {
     column[i / 8 % column.len()][i % 8]
 }
 
+/// The vector of a point in three columns.
 #[inline]
 fn at([x, y, z]: &[Column; 3], i: usize) -> DVec3 {
     DVec3::new(number(x, i), number(y, i), number(z, i))
 }
 
 impl Columns {
-    /// One point, once it has been looked at.
+    /// Returns one point, after the kernel has seen it from the shading point.
     fn light_point(&self, i: usize) -> LightPoint {
         let to_light = at(&self.to_light, i);
         LightPoint {
@@ -197,32 +208,36 @@ impl Columns {
     }
 }
 
-/// A shading point and a flat light, as the kernel needs them.
+/// A shading point and a flat light, in the form that the kernel takes.
 struct KernelInput {
     x: DVec3,
-    /// The normals of its horizons, the shading normal first.
+    /// The normals of the horizons, the shading normal first.
     normals: [DVec3; 2],
     /// The light's normal.
     light: DVec3,
     /// Whether densities are per area, not per solid angle.
     local: bool,
-    /// Emission times reflection where both are the same everywhere.
+    /// Emission times reflection, if both are the same everywhere.
     even: Option<Emission>,
 }
 
-/// Computes the points as the shading point sees them, with the bits of [`LightPoint::towards`],
-/// and of [`ShadingPoint::reflected`](crate::ShadingPoint::reflected) for uniform emission. Returns
-/// a bit for each point that carries light; for other emission, for each that has a density.
+/// Sees the points of some rows from the shading point, with the bits of [`LightPoint::towards`],
+/// and of [`ShadingPoint::reflected`](crate::ShadingPoint::reflected) where emission and reflection
+/// are uniform. Returns a bit for each point that carries light; if emission or reflection varies,
+/// for each point with positive density.
 #[inline(always)]
 fn look_kernel<S: Simd>(s: S, seen: &KernelInput, rows: usize, columns: &mut Columns) -> u64 {
     let mut carry = 0;
     for row in 0..rows.min(SIZE / 8) {
         let zero = s.dsplat(0.0);
+        // Find the vector to each point, its direction, and the cosine at the light.
         let [px, py, pz] = load(s, &columns.point, row);
         let to_light = [px - seen.x.x, py - seen.x.y, pz - seen.x.z];
         let square = dot(s, to_light, to_light);
         let direction = seen.direction(s, to_light, square);
         let cos_light = along(s, seen.light, direction) * -1.0;
+        // Convert a density per area into a density per solid angle, which is zero where it would
+        // overflow.
         let mut density = s.dload(&columns.density[row]);
         if seen.local {
             density = density * square / s.dmax(cos_light, cos_light * -1.0);
@@ -230,6 +245,7 @@ fn look_kernel<S: Simd>(s: S, seen: &KernelInput, rows: usize, columns: &mut Col
             density = s.select(usable, zero, density);
         }
         store(s, to_light, &mut columns.to_light, row);
+        // Find the contribution where it is uniform; otherwise store what the integrand needs.
         let mut carries = s.dlt(zero, density);
         if let Some(even) = &seen.even {
             let (value, some) = seen.reflected(s, even, direction, cos_light);
@@ -252,7 +268,7 @@ dispatch! {
 }
 
 impl KernelInput {
-    /// Unit vectors, as points of either measure have them.
+    /// The unit vectors to points, with the rounding that points of either measure have one by one.
     #[inline(always)]
     fn direction<S: Simd>(&self, s: S, [x, y, z]: [S::D; 3], square: S::D) -> [S::D; 3] {
         let length = s.dsqrt(square);
@@ -268,7 +284,8 @@ impl KernelInput {
         ]
     }
 
-    /// Returns the light that uniform emission sends to the viewer, and where it is not zero.
+    /// Returns the light that uniform emission causes to be reflected to the viewer, and where it
+    /// is not zero.
     #[inline(always)]
     fn reflected<S: Simd>(
         &self,

@@ -1,4 +1,4 @@
-//! Line samples: lines on a light, drawn before their visible parts are asked for.
+//! Line samples are drawn on a light here, before their visible parts are queried.
 
 use crate::streams::Samples;
 use crate::{LineBy, LineControl, LineDirection, Lines, OcclusionStats, RandomNumbers, Stream};
@@ -8,37 +8,39 @@ use linelit_lights::{PointTechnique, Width};
 use linelit_samplers::{Slopes, stratum};
 use std::f64::consts::PI;
 
-/// Line samples of one estimate.
+/// The line samples of one estimate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Draws {
     pub samples: Vec<Draw>,
     slopes: Slopes,
-    /// Widths of their strips along them.
+    /// How the width of a line's strip varies along the line.
     pub width: Width,
-    /// The lines as segments.
+    /// The same lines as segments.
     pub segments: Vec<Segment>,
 }
 
-/// A line sample of positive density.
+/// A line sample with positive density.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draw {
     pub line: LineSample,
-    /// The share with which its integral counts, where that is known.
+    /// The factor by which its integral counts, where integrals are known: 1, or what the control
+    /// variate makes of it.
     pub share: f64,
-    /// The random number that picks a point of it elsewhere.
+    /// The random number that chooses a point of the line, where a point is sampled.
     pub v: f64,
 }
 
-/// The use that is made of lines.
+/// What is done with the visible parts of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Use {
-    /// Integrals along the lines are known in closed form.
+    /// The light is integrated along them in closed form.
     Integrals,
-    /// A point of each is drawn.
+    /// A point of them is sampled.
     Points,
 }
 
-/// A line from a corner of a polygon; the density is that across its end on the border.
+/// The line from a corner of a polygon to its border. The density is the density across the line at
+/// its end on the border.
 fn from_corner(fan: &AreaSampler<'_>, u: f64) -> LineSample {
     let segment = fan.line(u);
     let per_area = fan.pdf(segment.p1).value();
@@ -50,7 +52,7 @@ fn from_corner(fan: &AreaSampler<'_>, u: f64) -> LineSample {
 }
 
 impl Draws {
-    /// Draws lines on a polygon by area.
+    /// Draws lines on a polygon, with a density that is uniform in the area.
     pub(crate) fn draw(
         &mut self,
         polygon: &ConvexPolygon,
@@ -63,6 +65,7 @@ impl Draws {
         let Samples { numbers, count } = from;
         self.width = Width::Even;
         match options.direction {
+            // Lines from a corner are wedges, whose width grows from zero at the corner.
             LineDirection::Origin => {
                 self.width = Width::Growing;
                 let corner = stratum(only_number(numbers), polygon.vertices().len());
@@ -71,6 +74,7 @@ impl Draws {
                 self.draw_each(from, then, options.control, |_, u| from_corner(&fan, u));
             }
             LineDirection::Stratified => {
+                // Direction and offset are the two dimensions of one pattern.
                 let places = numbers.points(Stream::Orientation, count);
                 let set = from.set();
                 self.clear();
@@ -80,6 +84,8 @@ impl Draws {
                 }
             }
             LineDirection::UniformPerLine => {
+                // Each line has a direction of its own, so that slopes between lines have no
+                // meaning.
                 let fractions = numbers.independent(Stream::Orientation, count);
                 let line = |i, u| parallel(fractions.get_1d(i)).sample(u);
                 self.draw_each(from, then, LineControl::None, line);
@@ -88,13 +94,15 @@ impl Draws {
             | LineDirection::Fixed(_)
             | LineDirection::Parallel
             | LineDirection::Spread(_) => {
+                // All lines are parallel.
                 let lines = parallel(options.fraction(occlusion, only_number(numbers)));
                 self.draw_each(from, then, options.control, |_, u| lines.sample(u));
             }
         }
     }
 
-    /// Draws lines by one random number each, and by a second one for a point where one is wanted.
+    /// Draws each line by one random number, and by a second one for its point if points are
+    /// sampled.
     pub(crate) fn draw_each(
         &mut self,
         from: Samples<'_>,
@@ -119,12 +127,13 @@ impl Draws {
         self.slopes = slopes;
     }
 
+    /// Removes the lines of the estimate before this one.
     fn clear(&mut self) {
         self.segments.clear();
         self.samples.clear();
     }
 
-    /// Keeps a line if it can be drawn.
+    /// Adds a line if its density is positive.
     fn push(&mut self, line: LineSample, share: f64, v: f64) {
         if line.pdf.is_positive() {
             self.segments.push(line.segment);
@@ -134,12 +143,12 @@ impl Draws {
 }
 
 impl Lines {
-    /// The direction of a family of lines in half turns from the light's first edge: by a random
-    /// number in [0, 1), unless it is said or known which suits the light.
+    /// The direction of parallel lines, in half turns from the light's first edge: the given one,
+    /// or the best one if it is known, or else by the random number `u` in [0, 1).
     pub(crate) fn fraction(&self, occlusion: &OcclusionStats, u: f64) -> f64 {
         match self.direction {
             LineDirection::Fixed(fraction) => fraction,
-            // Lines by texture run along its axes, in turn.
+            // The direction of lines by texture chooses between the two axes of the texture.
             LineDirection::Adaptive if self.measure() != LineBy::Texture => {
                 occlusion.direction.unwrap_or(u)
             }
@@ -153,7 +162,7 @@ impl Lines {
     }
 }
 
-/// The random number that directs the only lines of an estimate.
+/// The random number for the direction of all lines of an estimate.
 fn only_number(numbers: &RandomNumbers) -> f64 {
     numbers.in_common(Stream::Orientation, 1).get_1d(0)
 }

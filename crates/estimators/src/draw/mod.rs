@@ -1,4 +1,4 @@
-//! Points and lines that are drawn on a light before their visibility is asked for.
+//! Points and lines are drawn on a light here, before their visibility is queried.
 
 pub(crate) mod block;
 pub(crate) mod lines;
@@ -7,14 +7,14 @@ use crate::integrand::Integrand;
 use linelit_bsdf::Reflection;
 use linelit_lights::{EmissionTexture, LightPoint, PointColumns, PointSource, Surface};
 
-/// A source of points of a light, ready for a shading point: a density on the surface, else
-/// directions that the BSDF draws, of which those that meet the light count.
+/// A source of points on a light, set up for a shading point: a density on the surface, or, without
+/// one, directions from the BSDF, of which those that hit the light contribute.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source<'s, 't>(pub Option<&'s PointSource<'t>>);
 
 impl Source<'_, '_> {
-    /// A point from two random numbers and its density per solid angle; `None` where the draw
-    /// misses the light.
+    /// Draws a point by two random numbers. Returns it with its density per solid angle; `None` if
+    /// a direction misses the light.
     #[inline]
     pub(crate) fn draw<R: Reflection, T: EmissionTexture>(
         &self,
@@ -35,14 +35,14 @@ impl Source<'_, '_> {
         }
     }
 
-    /// Points from eight pairs of random numbers a row, with their densities, per area if the
-    /// answer is `true`, else per solid angle; `None` where points are no function of the numbers
-    /// and the source alone.
+    /// Draws points by random numbers, eight in each row, together with their densities. The
+    /// densities are per area if the result is `true`, else per solid angle. `None` if the points
+    /// depend on more than the numbers and the source, as directions from the BSDF do.
     pub(crate) fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) -> Option<bool> {
         self.0?.sample_into(u, out)
     }
 
-    /// The density per solid angle at any point of the light.
+    /// The density per solid angle of this source at any point of the light.
     pub(crate) fn density<R: Reflection, T>(
         &self,
         at: &LightPoint,

@@ -1,20 +1,32 @@
-//! The boundary of the visible region of a polygon.
+//! This module finds the boundary of the visible region of a polygon.
 //!
-//! The shaft knows occluders, the penumbra makes a boundary of them, and each depends on the other:
-//! which occluders matter, in a dense shaft, depends on what is visible past those in front of
-//! them. So both are queried in turns, until no occluder is left behind the boundary.
+//! The shaft has the occluders, and the penumbra computes the boundary past occluders. Each depends
+//! on the other: in a dense shaft, which occluders matter depends on what is visible past the
+//! occluders in front of them. So both are queried in turns, until no occluder of the shaft is
+//! behind what is still visible:
+//!
+//! ```text
+//!     shaft: occluders in front ──► penumbra: boundary past them
+//!            ▲                                     │
+//!            └── occluders behind what is visible ◄┘
+//! ```
+//!
+//! There are two ways. Of fine meshes, only the silhouettes are given to the penumbra, next to all
+//! other triangles, and shadow rays then say on which side of a silhouette the light is visible. If
+//! that is not possible, all triangles are given to the penumbra.
 
 use linelit_penumbra::{BoundaryEdge, Penumbra, Point};
 use linelit_visibility::Shaft;
 
-/// A ray says whether a point is visible at least this far from all edges: in units of how far
-/// triangles reach, some forty roundings of coordinates; and in units of the light, as many as they
-/// seem of what is a thousandth of the way from the shading point.
+/// The least distance between all edges and a point for which a ray can say whether it is visible.
+/// The first is in units of the extent of the triangles, some forty roundings of coordinates. The
+/// second is in units of the light: as many roundings as coordinates appear to have for something
+/// at a thousandth of the distance to the light.
 const CLOSE: f64 = 1e-14;
 const LEAST_ASIDE: f64 = 1e-11;
 
-/// The boundary of the visible region of a polygon in the [plane](Shaft::light_plane) of the
-/// shaft's light: of the light itself, or a part of it. `None` if the shaft has no
+/// Finds the boundary of the visible region of a polygon, which is the shaft's light or a part of
+/// it, in the coordinates of the light's [plane](Shaft::light_plane). `None` if the shaft has no
 /// [front](Shaft::has_front).
 pub(crate) fn visible_region<'p>(
     shaft: &mut Shaft<'_>,
@@ -27,7 +39,7 @@ pub(crate) fn visible_region<'p>(
     Some(penumbra.latest())
 }
 
-/// Finds the boundary past all triangles in front, those of fine meshes among them.
+/// Finds the boundary past all triangles in front, including the triangles of fine meshes.
 fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra, polygon: &[Point]) -> Option<()> {
     let mut front = shaft.front()?;
     let mut light = penumbra.begin(polygon).past(front.images());
@@ -39,11 +51,12 @@ fn past_triangles(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra, polygon: &[Poi
     Some(())
 }
 
-/// Finds the boundary past the silhouettes of fine meshes and all other triangles in front; `None`
-/// if there are no fine meshes, or their silhouettes are so close to each other that no point says
-/// on which side of them the light is visible.
+/// Finds the boundary past the silhouettes of fine meshes and all other triangles in front. `None`
+/// if there are no fine meshes, or if silhouettes are so close to each other that no point between
+/// them can be tested by a ray.
 fn past_meshes(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra, polygon: &[Point]) -> Option<()> {
-    // Find the edges where the light may become visible, and the occluders behind these.
+    // Find the edges at which the visibility of the light may change, and the occluders behind
+    // them.
     let mut front = shaft.front_without_meshes()?;
     let mut light = penumbra.begin(polygon).past(front.images());
     let outline = loop {
@@ -59,7 +72,7 @@ fn past_meshes(shaft: &mut Shaft<'_>, penumbra: &mut Penumbra, polygon: &[Point]
             None => break outline,
         }
     };
-    // Choose by rays those edges on whose one side it is.
+    // Keep those edges with visible light on one side only, which shadow rays decide.
     let [origin, along_p, along_q] = shaft.light_plane()?.axes;
     let side = along_p
         .length_squared()

@@ -1,4 +1,5 @@
-//! Light over the visible region of the disk that a shading point sees of a sphere or a disk.
+//! The light over the visible region of a round light is integrated here: over the disk that a
+//! shading point sees of a sphere or a disk.
 
 use super::boundary::visible_region;
 use super::region::{CORNERS, KnownLight, RegionMemory, clip};
@@ -11,12 +12,12 @@ use linelit_shading::elliptic_cone::PartOfCone;
 use linelit_visibility::{Shaft, ShaftClass};
 use std::f64::consts::FRAC_1_PI;
 
-/// Sums over boundaries of disks smaller than this times their distance, and of narrower cones,
-/// lose more than half of their digits.
+/// Sums over the boundary of disks that are smaller than this times their distance, and of narrower
+/// cones, lose more than half of their digits.
 const SMALL: f64 = 1e-4;
 
-/// The irradiance of the visible part of a round light of radiance one; with `skip`, an empty shaft
-/// takes the whole light. `None` where the boundary does not tell.
+/// The irradiance of the visible part of a round light of radiance one. If `skip` is set, an empty
+/// shaft integrates the whole light. `None` if the boundary cannot be found or is too narrow.
 pub(crate) fn irradiance(
     view: &LightView<'_>,
     skip: bool,
@@ -35,8 +36,8 @@ pub(crate) fn irradiance(
     seen.irradiance(|p| p, view.at.normal)
 }
 
-/// The irradiance of a whole round light of radiance one: a sphere, cut by the shading horizon or
-/// not, or a disk above it; `None` where the horizons cut more.
+/// The irradiance of a whole round light of radiance one: a sphere, which the shading horizon may
+/// clip, or a disk above that horizon. `None` if horizons clip more than that.
 fn whole(view: &LightView<'_>, disk: &Disk) -> Option<f64> {
     let (x, n) = (view.at.position, view.at.normal);
     let above = |normal: DVec3| {
@@ -56,8 +57,9 @@ fn whole(view: &LightView<'_>, disk: &Disk) -> Option<f64> {
     }
 }
 
-/// The light ∫ V g dω of the visible part of a round light of radiance one; keeps g in the memory.
-/// `None` where the boundary does not tell: also where the disk is too small, or seen too flatly.
+/// The light ∫ V g dω of the visible part of a round light of radiance one; the LTCs g are stored
+/// in the memory. `None` if the boundary cannot be found, and if the disk is too small or seen too
+/// flatly.
 pub(crate) fn cosines(
     view: &LightView<'_>,
     cosines: &LtcMixture,
@@ -81,18 +83,18 @@ pub(crate) fn cosines(
     Some(KnownLight { light, plane })
 }
 
-/// The visible part of a disk above the horizons.
+/// The visible part of a disk above the horizons, as a point sees it.
 pub(crate) struct SeenDisk<'a> {
-    /// The boundary in units of the radius, along the axes.
+    /// The boundary, in units of the radius along the axes.
     pub edges: &'a [DiskEdge],
     /// The centre relative to the shading point.
     pub center: DVec3,
-    /// Radii, counter-clockwise about the direction from the shading point.
+    /// Two orthogonal radii, counter-clockwise about the direction from the shading point.
     pub axes: [DVec3; 2],
 }
 
 impl<'a> SeenDisk<'a> {
-    /// `None` where the boundary does not tell: nothing is kept of the occluders, or the disk is
+    /// Finds the visible part. `None` if the shaft has not collected its occluders, or the disk is
     /// too small or seen too flatly.
     fn new(
         view: &LightView<'_>,
@@ -111,7 +113,8 @@ impl<'a> SeenDisk<'a> {
         Self::within(disk, x, horizons, shaft, penumbra, part)
     }
 
-    /// Of any size, above the horizons that cut it. `None` where the boundary does not tell.
+    /// Finds the visible part of a disk of any size, above those horizons that clip it. `None` if
+    /// the shaft has not collected its occluders.
     pub(crate) fn within(
         disk: &Disk,
         x: DVec3,
@@ -120,12 +123,13 @@ impl<'a> SeenDisk<'a> {
         penumbra: &mut Penumbra,
         part: &'a mut PartOnDisk,
     ) -> Option<Self> {
-        // Choose two radii as axes, counter-clockwise as the point sees them.
+        // Choose two radii as axes, which are counter-clockwise as the point sees them.
         let (center, radius) = (disk.center - x, disk.radius);
         let frame = Frame::from_normal(disk.normal);
         let height = disk.normal.dot(center);
         let axes = [frame.x * radius, frame.y * radius.copysign(height)];
-        // Find the boundary: nothing, the rim, what horizons leave of it, or what occluders do.
+        // Find the boundary: it is empty, the rim, what horizons leave of the disk, or what
+        // occluders leave.
         let mut room = [[[0.0; 2]; CORNERS]; 2];
         let mut corners = [[0.0; 2]; CORNERS];
         let edges: &[DiskEdge] = match shaft.class() {
@@ -155,21 +159,21 @@ impl<'a> SeenDisk<'a> {
         })
     }
 
-    /// Whether sums over the boundary keep their digits.
+    /// Returns whether sums over the boundary keep at least half of their digits.
     pub(crate) fn is_wide(&self) -> bool {
         let [u, v] = self.axes;
         is_wide(u.length(), self.center, u.cross(v).normalize_or_zero())
     }
 
-    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` if what the
-    /// map makes of the disk is too narrow.
+    /// Lambert's sum over the boundary after a linear map, for a normal. `None` if the map makes
+    /// the disk too narrow.
     pub(crate) fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3) -> Option<f64> {
         let (center, [u, v]) = (map(self.center), self.axes.map(&map));
         let cone = EllipticCone::over(center, u, v)?;
         if !(cone.tan[0] * cone.tan[1] > SMALL * SMALL) {
             return None;
         }
-        // A map that mirrors has the boundary run the other way.
+        // A map that mirrors reverses the boundary.
         let mirrors = center.dot(u.cross(v)) < 0.0;
         let at = |[p, q]: &Point| center + u * *p + v * *q;
         let mut sum = PartOfCone::new(&cone, n);
@@ -186,13 +190,13 @@ impl<'a> SeenDisk<'a> {
     }
 }
 
-/// Whether a disk is neither too small for sums over its boundary nor seen too flatly.
+/// Returns whether a disk is neither too small for sums over its boundary nor seen too flatly.
 fn is_wide(radius: f64, center: DVec3, normal: DVec3) -> bool {
     let (distance, height) = (center.length(), normal.dot(center));
     radius > SMALL * distance && height.abs() > SMALL * (distance + radius)
 }
 
-/// The part of a polygon that is above horizons.
+/// The part of a polygon in a plane that is above some horizons.
 fn above<'a>(
     polygon: &'a [Point],
     plane: [DVec3; 3],
@@ -210,10 +214,12 @@ fn above<'a>(
     polygon
 }
 
-/// The map from a plane's coordinates to those of a disk in it, in units of the radius.
+/// The map from a plane's coordinates to the coordinates of a disk in that plane, in units of the
+/// radius.
 struct ToDisk {
     rows: [[f64; 3]; 2],
-    /// Whether the two run round each other's way.
+    /// Whether one of the two coordinate systems is left-handed relative to the other, so that
+    /// boundaries are reversed.
     mirrors: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Light along lines in closed form (Billen & Dutré 2016, section 5.3).
+//! The light along lines is integrated here in closed form (Billen & Dutré 2016, section 5.3).
 
 use crate::WorkCounters;
 use crate::draw::lines::{Draw, Draws};
@@ -11,7 +11,7 @@ use linelit_lights::{LineSample, Width};
 use linelit_shading::{batch, horizon, phong, ribbon, spherical_gaussian};
 use linelit_visibility::VisibleLines;
 
-/// The memory of lines.
+/// The memory of lines, their visible parts and their integrals, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct LineMemory {
     pub draws: Draws,
@@ -20,7 +20,7 @@ pub(crate) struct LineMemory {
 }
 
 impl LineMemory {
-    /// Asks for the visible parts of the lines that were drawn, and counts them.
+    /// Queries the visible parts of the lines that were drawn, and counts them.
     pub(crate) fn ask(&mut self, visible: &mut Visible<'_>, counts: &mut WorkCounters) {
         let lines = &self.draws.segments;
         visible.lines(lines, &mut self.visible);
@@ -28,8 +28,8 @@ impl LineMemory {
     }
 }
 
-/// Σ over lines that were drawn of their integrals in closed form; `height` is the factor of a line
-/// that has a plane of its own, and `visible` tells the parts of a line.
+/// The sum over the drawn lines of their integrals in closed form. `height` is the factor for a
+/// line that has a plane of its own, and `visible` returns the visible parts of a line.
 pub(crate) fn gather<'v>(
     view: &LightView<'_>,
     form: &ClosedForm<'_>,
@@ -51,25 +51,27 @@ pub(crate) fn gather<'v>(
     pieces.light(emitted, height, &view.at, form)
 }
 
-/// Visible pieces of lines on a light, relative to the shading point, to be integrated together.
+/// Visible pieces of lines on a light, relative to the shading point, which are integrated
+/// together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pieces {
     pieces: Vec<Segment>,
-    /// The factors of their integrals.
+    /// The factors of the pieces' integrals.
     weights: Vec<f64>,
-    /// Widths at both ends of each; none where all are of width one.
+    /// The widths at both ends of each piece; empty if all pieces have the width one.
     widths: Vec<[f64; 2]>,
     values: Vec<f64>,
 }
 
 impl Pieces {
+    /// Removes all pieces.
     pub(crate) fn clear(&mut self) {
         self.pieces.clear();
         self.weights.clear();
         self.widths.clear();
     }
 
-    /// Adds the visible parts of a line.
+    /// Adds the visible parts of a line, with a factor for their integrals.
     pub(crate) fn add(&mut self, at: &Receiver, line: &Segment, parts: &[Interval], weight: f64) {
         for part in parts {
             if let Some(piece) = above_surface(at, line, *part) {
@@ -79,16 +81,17 @@ impl Pieces {
         }
     }
 
-    /// Gives the pieces of a line, those since `first`, widths that grow from nothing where the
-    /// line begins to one at its end: all lines that are integrated together do.
+    /// Adds widths for the pieces of a line, which are those from index `first` on. The widths grow
+    /// from zero at the line's first end to one at its other end. Either all pieces have such
+    /// widths, or none.
     fn taper(&mut self, first: usize, at: &Receiver, line: &Segment) {
         let (begin, length) = (line.p0 - at.position, line.length());
         let widths = |piece: &Segment| [piece.p0, piece.p1].map(|p| p.distance(begin) / length);
         self.widths.extend(self.pieces[first..].iter().map(widths));
     }
 
-    /// Σ weight × ∫ L f_r cos θ cos θ'/r² along the pieces, of what a flat light sends to the
-    /// shading point and the height of that over its plane.
+    /// The sum of weight × ∫ L f_r cos θ cos θ'/r² along the pieces, given the radiance of a flat
+    /// light and the height of the shading point above its plane.
     pub(crate) fn light(
         &mut self,
         emitted: DVec3,
@@ -100,6 +103,7 @@ impl Pieces {
             return DVec3::ZERO;
         }
         let n = at.normal;
+        // Integrate the diffuse part.
         self.values.resize(self.pieces.len(), 0.0);
         if self.widths.is_empty() {
             batch::ribbons(&self.pieces, n, &mut self.values);
@@ -109,6 +113,7 @@ impl Pieces {
         }
         let weighted = self.values.iter().zip(&self.weights).map(|(v, w)| v * w);
         let mut reflected = reflection.diffuse.value() * weighted.sum::<f64>();
+        // Integrate the lobes.
         for lobe in reflection.lobes(at.outgoing, n) {
             let mut sum = 0.0;
             for (i, (piece, weight)) in self.pieces.iter().zip(&self.weights).enumerate() {
@@ -120,7 +125,7 @@ impl Pieces {
     }
 }
 
-/// The integral of a lobe along a ribbon, or one whose width grows.
+/// The integral of a lobe along a strip of width one, or of a width that changes linearly.
 fn lobe_along(lobe: &ClosedLobe, piece: &Segment, widths: Option<[f64; 2]>, n: DVec3) -> f64 {
     let Segment { p0, p1 } = *piece;
     match (*lobe, widths) {
@@ -142,8 +147,8 @@ fn lobe_along(lobe: &ClosedLobe, piece: &Segment, widths: Option<[f64; 2]>, n: D
     }
 }
 
-/// A visible part, relative to the shading point; with an interpolated normal, clipped to the
-/// geometric horizon (the closed forms clip to the normal's own).
+/// A visible part, relative to the shading point. With an interpolated normal it is clipped to the
+/// geometric horizon; the closed forms themselves clip to the horizon of the shading normal.
 pub(crate) fn above_surface(at: &Receiver, line: &Segment, part: Interval) -> Option<Segment> {
     let piece = line.piece(part.lo, part.hi).relative_to(at.position);
     if !at.has_two_horizons() {

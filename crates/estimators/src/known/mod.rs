@@ -1,4 +1,5 @@
-//! Integrals of the known part of the light: along lines, and over the visible region of a light.
+//! The integral of the known part of the light is found here, along lines or over the visible
+//! region of a light. The folder has one file for each kind of integral.
 
 pub(crate) mod boundary;
 pub(crate) mod disk;
@@ -21,16 +22,16 @@ use linelit_visibility::ShaftClass;
 use lines::LineMemory;
 use region::{KnownLight, RegionMemory};
 
-/// The memory of integrals.
+/// The memory of integrals, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct KnownMemory {
     pub lines: LineMemory,
     pub region: RegionMemory,
 }
 
-/// The known part of the light of a query, as its method says; `None` where the region of a round
-/// light is too narrow for that, as [`Method::otherwise`](crate::Method) says. Transformed cosines
-/// are integrated over the part of a polygon above the horizons if the view has it.
+/// Integrates the known part of the light of a query, as its method says. `None` if the visible
+/// region of a round light is too narrow for that ([`Method::otherwise`](crate::Method)). LTCs are
+/// integrated over the part of a polygon above the horizons, if the view has that part.
 pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     query: &Query<'_, R, T>,
     view: &LightView<'_>,
@@ -55,6 +56,7 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             count,
             of,
         } => {
+            // Draw lines, find their visible parts, and integrate along them.
             draw(query, view, options, *count, lines);
             lines.ask(visible, counts);
             let sum = match of {
@@ -66,6 +68,7 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             sum / f64::from(*count)
         }
         KnownOver::Region(KnownIntegrand::Cosines) => {
+            // Integrate LTCs over the visible region of a polygon, or of the disk of a round light.
             let (cosines, shaft) = (cosines?, visible.shaft()?);
             let over = match (view.polygon(), view.above) {
                 (Some(polygon), None) => region::cosines(view, polygon, cosines, shaft, region),
@@ -77,6 +80,7 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
             emitted * over.light
         }
         KnownOver::Region(of) => {
+            // Integrate the reflection itself over the visible region.
             let (lines, region) = (&mut *lines, &mut *region);
             reflected_of_region(query, view, *of, visible, (lines, region, counts))?
         }
@@ -84,8 +88,8 @@ pub(crate) fn over<R: Reflection, T: EmissionTexture>(
     Some(KnownLight { light, plane })
 }
 
-/// The light over the visible region of a light whose integral the reflection has: of a segment, or
-/// of a diffuse surface.
+/// Integrates the reflection itself over the visible region of a light: of a linear light, or of
+/// any light on a reflection with a closed form.
 fn reflected_of_region<R: Reflection, T>(
     query: &Query<'_, R, T>,
     view: &LightView<'_>,
@@ -95,6 +99,7 @@ fn reflected_of_region<R: Reflection, T>(
 ) -> Option<DVec3> {
     let form = || query.point.known().closed_form();
     let (emitted, _) = view.emitted();
+    // The visible region of a linear light is the visible parts of one line.
     if let Shape::Segment(line) = view.shape {
         visible.lines(&[*line], &mut lines.visible);
         counts.count_lines(&lines.visible, 1);
@@ -109,13 +114,14 @@ fn reflected_of_region<R: Reflection, T>(
         };
         return Some(emitted * sum);
     }
+    // On a surface, take the closed form for its shape.
     let (form, shaft) = (form()?, visible.shaft()?);
     let diffuse = form.diffuse.value();
     let irradiance = match view.shape {
         Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder),
         Shape::Sphere(_) | Shape::Disk(_) => disk::irradiance(view, query.skip, shaft, region)?,
         _ if shaft.class() == ShaftClass::Empty => {
-            // In this order, which the last bits of the product depend on.
+            // The order of the factors matters for the last bits of the product.
             return Some(emitted * region::whole(view, &form));
         }
         _ => {
@@ -126,7 +132,7 @@ fn reflected_of_region<R: Reflection, T>(
     Some(emitted * diffuse * irradiance)
 }
 
-/// The light of a source without size, by one shadow ray where it lights the point.
+/// The light of a delta light, with one shadow ray if it shines on the point.
 pub(crate) fn beam<R: Reflection>(
     point: &ShadingPoint<R>,
     beam: &DeltaSample,
@@ -139,7 +145,7 @@ pub(crate) fn beam<R: Reflection>(
     light
 }
 
-/// Draws lines on a polygon, or along the axis of a cylinder, whose integrals are known.
+/// Draws lines with integrals on a polygon, or along the axis of a cylinder.
 fn draw<R, T>(
     query: &Query<'_, R, T>,
     view: &LightView<'_>,
@@ -163,7 +169,8 @@ fn draw<R, T>(
     }
 }
 
-/// The lines along the axis of a cylinder, whatever the direction asked for.
+/// The family of lines along the axis of a cylinder, for any direction of the lines' options;
+/// `None` for other lights.
 fn on_cylinder<'v>(view: &'v LightView<'_>, lines: &Lines) -> Option<LineFamily<'v>> {
     let Shape::Cylinder(cylinder) = view.shape else {
         return None;
@@ -178,7 +185,7 @@ fn on_cylinder<'v>(view: &'v LightView<'_>, lines: &Lines) -> Option<LineFamily<
     LineFamily::new::<NoTexture>(LineDensity::Area, surface, None, setup, &viewer)
 }
 
-/// Σ over lines of their integrals in closed form.
+/// The sum over lines of their integrals in closed form.
 fn closed(
     view: &LightView<'_>,
     form: &ClosedForm<'_>,
@@ -187,14 +194,14 @@ fn closed(
 ) -> DVec3 {
     let (pieces, visible) = (&mut memory.pieces, &memory.visible);
     let family = on_cylinder(view, options);
-    // Each line of a cylinder has a plane of its own.
+    // Each line of a cylinder is seen in a plane of its own.
     let height = |line: &LineSample| family.as_ref().map_or(1.0, |family| family.height(line));
     lines::gather(view, form, height, &memory.draws, pieces, |i| {
         visible.line(i)
     })
 }
 
-/// Σ over lines of a cylinder of their integrals by quadrature.
+/// The sum over the lines of a cylinder of their integrals by quadrature.
 fn by_quadrature<R: Reflection, T>(
     query: &Query<'_, R, T>,
     view: &LightView<'_>,

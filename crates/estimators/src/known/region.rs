@@ -1,4 +1,12 @@
-//! Light over the visible region of a polygon: diffuse in closed form, and by transformed cosines.
+//! The light over the visible region of a polygon is integrated here: of the reflection itself, if
+//! it is diffuse or has Phong lobes, or of LTCs.
+//!
+//! The penumbra finds the boundary of the visible region. If all of the light is above the horizon
+//! and not too small, the integral is a sum over the edges of the boundary. Otherwise each edge is
+//! joined to a corner of the light, and the integrals over these triangles are added up. A triangle
+//! counts as positive if its edge runs counter-clockwise as seen from that corner, and as negative
+//! otherwise. Then each visible point is covered once, if signs are added up, and each hidden point
+//! not at all.
 
 use super::boundary::visible_region;
 use crate::integrand::KnownLtc;
@@ -12,49 +20,49 @@ use linelit_shading::{phong_polygon, polygon};
 use linelit_visibility::{LightPlane, Shaft, ShaftClass};
 use std::f64::consts::FRAC_1_PI;
 
-/// Diffuse light of polygons whose sides are longer than the root of this times their distance is
-/// Lambert's sum over the boundary; for smaller ones it would lose more than two digits.
+/// If the square of a polygon's sides is more than this times the square of its distance, its
+/// diffuse light is Lambert's sum over the boundary. For smaller polygons the sum would lose more
+/// than two digits.
 const WIDE: f64 = 1e-4;
 
-/// Transformed cosines are summed over the boundary where the square of a side is more than this
-/// times that of the distance: the sum is then good to 1e-8.
+/// LTCs are summed over the boundary if the square of a side is more than this times the square of
+/// the distance. The sum is then good to 1e-8.
 const SMALL: f64 = 1e-8;
 
-/// Room for the light's corners after a clip, even if rounding has it cross each second side.
+/// The number of corners that the light may have after a clip, even if rounding makes the horizon
+/// cross every second side.
 pub(super) const CORNERS: usize = ConvexPolygon::CAPACITY / 2 * 3;
 
-/// The memory of visible regions.
+/// The memory of visible regions, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct RegionMemory {
     pub penumbra: Penumbra,
     pub(super) on_disk: PartOnDisk,
-    /// The transformed cosines that were integrated last.
+    /// The LTCs that were integrated last.
     pub cosines: KnownLtc,
-    /// The light, as sums over the channels, that the cosine itself and each lobe reflect of the
-    /// region.
+    /// The light of the region that the cosine itself and each lobe reflect, summed over the
+    /// channels.
     pub reflected: Vec<f64>,
 }
 
-/// The known part of the light that goes to the viewer.
+/// The integral of the known part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownLight {
-    /// The light, for each unit of radiance where it says so.
+    /// The light; where a function says so, for a radiance of one.
     pub light: DVec3,
-    /// The plane in which the memory has the boundary of the visible region, where it is a polygon
-    /// with occluders before it and the rest is to be sampled.
+    /// The plane in which the memory has the boundary of the visible region. This is `None` unless
+    /// the light is a polygon that the shaft did not find wholly visible.
     pub plane: Option<[DVec3; 3]>,
 }
 
-/// The light that a reflection makes of a polygon of radiance one past whatever the shaft holds, if
-/// not nothing: the irradiance, for its diffuse part, and the light that its lobes reflect.
+/// Integrates the reflection over the visible part of a polygon of radiance one that is partly
+/// hidden. Returns the irradiance, for the diffuse part, and the light that the lobes reflect.
 ///
-/// Where all of the light is above the horizon it is a sum over the boundary of the visible part
-/// ([`Penumbra`]). Otherwise the boundary is joined to a corner of the light, piece by piece;
-/// the integrals over the triangles that this makes, with their signs, add up to that over the
-/// visible part, since they add up to it as sets.
+/// If all of the light is above the horizon, each is a sum over the boundary of the visible part
+/// ([`Penumbra`]). Otherwise each is a sum over triangles, as described at the head of this module.
 ///
-/// There is no error but rounding, 1e-12 of the light unshadowed, and 1e-8 for lobes. `None` where
-/// the shaft keeps nothing of the occluders.
+/// The only error is rounding: 1e-12 of the unshadowed light, and 1e-8 for lobes. `None` if the
+/// shaft has not collected its occluders.
 pub(crate) fn reflected(
     view: &LightView<'_>,
     form: &ClosedForm<'_>,
@@ -74,8 +82,8 @@ pub(crate) fn reflected(
     Some((flat, lobes(view, form, |w, k| seen.lobe(n, w, k))))
 }
 
-/// The light that the lobes of a reflection make of light of radiance one, by the integral of each
-/// for its axis and exponent.
+/// The light that the lobes of a reflection make of light of radiance one, given the integral of a
+/// lobe for its axis and exponent.
 fn lobes(
     view: &LightView<'_>,
     form: &ClosedForm<'_>,
@@ -97,7 +105,7 @@ fn lobes(
         .sum()
 }
 
-/// The light that a reflection makes of a whole polygon of radiance one.
+/// Integrates the reflection over a whole polygon of radiance one.
 pub(crate) fn whole(view: &LightView<'_>, form: &ClosedForm<'_>) -> DVec3 {
     let Some(light) = view.polygon() else {
         return DVec3::ZERO;
@@ -117,15 +125,16 @@ pub(crate) fn whole(view: &LightView<'_>, form: &ClosedForm<'_>) -> DVec3 {
         let part = light.clip(x, view.at.geometric_normal);
         part.as_ref().map_or(DVec3::ZERO, above)
     } else if let [a, b, c, d] = light.vertices() {
-        // Most lights are quadrilaterals, which need no room for more corners to be cleared.
+        // Most lights are quadrilaterals, for which no array for more corners has to be cleared.
         reflected(&[*a - x, *b - x, *c - x, *d - x])
     } else {
         above(light)
     }
 }
 
-/// The light ∫ V g dω of a polygon of radiance one, the light or its part above the horizons, past
-/// whatever the shaft holds; keeps g in the memory. `None` if nothing is kept of the occluders.
+/// The light ∫ V g dω of a polygon of radiance one, which is the light or its part above the
+/// horizons, past all occluders in the shaft; the LTCs g are stored in the memory. `None` if the
+/// shaft has not collected its occluders.
 pub(crate) fn cosines(
     view: &LightView<'_>,
     light: &ConvexPolygon,
@@ -140,6 +149,7 @@ pub(crate) fn cosines(
         cosines: &memory.cosines,
         is_small,
     };
+    // Integrate over the whole polygon if nothing hides it.
     if shaft.class() == ShaftClass::Empty {
         let above = light.clip(x, view.at.geometric_normal);
         let light = above.map_or(DVec3::ZERO, |above| {
@@ -149,6 +159,7 @@ pub(crate) fn cosines(
         let plane = None;
         return Some(KnownLight { light, plane });
     }
+    // Otherwise integrate over the visible region.
     let mut corners = [[0.0; 2]; CORNERS];
     let seen = SeenRegion::new(&view.at, shaft, &mut memory.penumbra, &mut corners)?;
     Some(KnownLight {
@@ -157,7 +168,7 @@ pub(crate) fn cosines(
     })
 }
 
-/// Integrals of transformed cosines.
+/// Integrals of LTCs over parts of a light.
 struct Sums<'a> {
     cosines: &'a KnownLtc,
     /// Whether the light is too small for sums over its edges.
@@ -165,8 +176,10 @@ struct Sums<'a> {
 }
 
 impl Sums<'_> {
-    /// ∫ g dω over the visible part of a light, with the share of each lobe.
+    /// The integral ∫ g dω over the visible part of a light. `reflected` gets the light of each
+    /// lobe.
     fn over(&self, seen: &SeenRegion<'_>, reflected: &mut Vec<f64>) -> DVec3 {
+        // Integrate the untransformed cosine.
         let frame = &self.cosines.frame;
         let whole = seen.irradiance(|p| p, frame.z, SMALL);
         let by_triangles = || seen.triangles(|triangle| self.flat(triangle));
@@ -174,7 +187,8 @@ impl Sums<'_> {
         let mut sum = self.cosines.diffuse * flat;
         reflected.clear();
         reflected.push(sum.element_sum());
-        // The horizon of a lobe's own cosine need not be the surface's, which cuts it as well.
+        // Integrate each lobe. Its own horizon need not be the surface's horizon, which clips it as
+        // well.
         let is_above = seen.is_above(frame.z);
         for (ltc, albedo) in &self.cosines.lobes {
             let image = |p| ltc.to_cosine() * frame.to_local(p);
@@ -188,7 +202,7 @@ impl Sums<'_> {
         sum
     }
 
-    /// ∫ g dω over a convex polygon relative to the shading point.
+    /// The integral ∫ g dω over a convex polygon relative to the shading point.
     fn over_convex(&self, vertices: &[DVec3]) -> DVec3 {
         let flat = self.cosines.diffuse * self.flat(vertices);
         let lobes = self.cosines.lobes.iter();
@@ -197,7 +211,7 @@ impl Sums<'_> {
         })
     }
 
-    /// The integral of the cosine itself.
+    /// The integral of the untransformed cosine over a convex polygon.
     fn flat(&self, vertices: &[DVec3]) -> f64 {
         let n = self.cosines.frame.z;
         FRAC_1_PI
@@ -207,7 +221,7 @@ impl Sums<'_> {
             }
     }
 
-    /// The integral of a lobe.
+    /// The integral of a lobe over a convex polygon.
     fn lobe(&self, ltc: &Ltc, vertices: &[DVec3]) -> f64 {
         match self.is_small {
             true => ltc.polygon(&self.cosines.frame, vertices),
@@ -216,17 +230,17 @@ impl Sums<'_> {
     }
 }
 
-/// The visible part of a polygon, by its boundary.
+/// The visible part of a polygon, given by its boundary.
 pub(crate) struct SeenRegion<'a> {
-    /// The light's corners above the surface, in its plane.
+    /// The light's corners above the geometric horizon, in its plane.
     light: &'a [Point],
     pieces: &'a [BoundaryEdge],
-    /// The origin of the plane's coordinates, and their axes.
+    /// The origin of the plane's coordinates relative to the shading point, and their axes.
     plane: [DVec3; 3],
 }
 
 impl<'a> SeenRegion<'a> {
-    /// The part of a polygon within a boundary, both in a plane's coordinates.
+    /// The part of a polygon within a boundary, both in the coordinates of a plane.
     pub(crate) const fn within(
         light: &'a [Point],
         pieces: &'a [BoundaryEdge],
@@ -239,7 +253,8 @@ impl<'a> SeenRegion<'a> {
         }
     }
 
-    /// `None` if the shaft keeps nothing of what is in between.
+    /// Finds the visible part of a shaft's light. `None` if the shaft has not collected its
+    /// occluders.
     fn new(
         at: &Receiver,
         shaft: &mut Shaft<'_>,
@@ -252,20 +267,20 @@ impl<'a> SeenRegion<'a> {
         Some(Self::within(light, pieces, axes))
     }
 
-    /// A point of the light relative to the shading point.
+    /// The vector from the shading point to a point of the light.
     fn in_space(&self, p: Point) -> DVec3 {
         let [origin, along_p, along_q] = self.plane;
         origin + along_p * p[0] + along_q * p[1]
     }
 
-    /// Whether all of the light is above the horizon of a normal.
+    /// Returns whether all of the light is above the horizon of a normal.
     fn is_above(&self, n: DVec3) -> bool {
         self.light.iter().all(|&p| n.dot(self.in_space(p)) > 0.0)
     }
 
-    /// Lambert's sum over the boundary, mapped by a linear map, with a normal; `None` where the
-    /// mapped light is cut by the horizon, or the square of a side is less than `least` times that
-    /// of the distance: rounding is ε over it.
+    /// Lambert's sum over the boundary after a linear map, for a normal. `None` if the horizon
+    /// clips the mapped light, or the square of a side is less than `least` times the square of the
+    /// distance: the relative rounding error is ε over that ratio.
     fn irradiance(&self, map: impl Fn(DVec3) -> DVec3, n: DVec3, least: f64) -> Option<f64> {
         let plane = self.plane.map(&map);
         let at = |p: Point| plane[0] + plane[1] * p[0] + plane[2] * p[1];
@@ -276,9 +291,9 @@ impl<'a> SeenRegion<'a> {
     }
 
     /// The integral of a Phong lobe about the axis `w` with the exponent `k`, times the cosine to
-    /// the normal `n`, over what is visible of the light. It is a sum over the boundary where all
-    /// of the light is above the horizon and so large that the sum keeps eight digits; else a sum
-    /// over triangles, which keeps more and takes longer.
+    /// the normal `n`, over the visible part of the light. It is a sum over the boundary if all of
+    /// the light is above the horizon and so large that the sum has eight correct digits. Otherwise
+    /// it is a sum over triangles, which is more accurate and takes longer.
     fn lobe(&self, n: DVec3, w: DVec3, k: f64) -> f64 {
         let edges = self.pieces.iter().map(|edge| [edge.from, edge.to]);
         let whole = (self.is_wide(WIDE) && self.is_above(n))
@@ -289,15 +304,16 @@ impl<'a> SeenRegion<'a> {
         })
     }
 
-    /// Whether the square of the light's sides is more than `least` times that of its distance.
+    /// Returns whether the square of the light's sides is more than `least` times the square of its
+    /// distance.
     fn is_wide(&self, least: f64) -> bool {
         let [origin, along_p, along_q] = self.plane;
         let side = along_p.length_squared().min(along_q.length_squared());
         side > least * origin.length_squared()
     }
 
-    /// The sum of an integral over triangles relative to the shading point, which with their signs
-    /// make up what is visible.
+    /// The sum of an integral over triangles relative to the shading point, with the signs by which
+    /// they add up to the visible part.
     pub(crate) fn triangles(&self, mut integral: impl FnMut(&[DVec3; 3]) -> f64) -> f64 {
         let Some(&apex) = self.light.first() else {
             return 0.0;
@@ -317,8 +333,8 @@ impl<'a> SeenRegion<'a> {
     }
 }
 
-/// The light's corners in its plane; with an interpolated normal, of the part above the surface's
-/// own horizon (the closed forms clip to the normal's).
+/// The light's corners in its plane. With an interpolated normal they are clipped to the geometric
+/// horizon; the closed forms themselves clip to the horizon of the shading normal.
 fn above_surface<'a>(
     at: &Receiver,
     plane: &LightPlane<'_>,

@@ -1,5 +1,5 @@
-//! Light along the visible parts of linear lights and of lines on cylinders: in closed form, and by
-//! quadrature.
+//! The light along the visible parts of linear lights, and of lines on cylinders, is integrated
+//! here, in closed form or by quadrature.
 
 use super::lines::above_surface;
 use crate::ShadingPoint;
@@ -10,16 +10,16 @@ use linelit_lights::CylinderView;
 use linelit_shading::quadrature::{self, Model};
 use linelit_shading::{cylinder, phong, spherical_gaussian};
 
-/// The estimated relative error that quadrature asks for, on each part between peaks and kinks. The
-/// estimate is that of a rule with half of the nodes, and once in a while both agree by accident:
-/// the worst of 12,000 integrals on ten reflections errs by 1.8e-8. Where ten times as much is
-/// asked, the worst of 300,000 errs by 1.4e-6, and where kinks are no knots besides, by 5e-4.
+/// The relative error that quadrature aims at, on each part between peaks and kinks. It estimates
+/// its error from a rule with half of the nodes, and once in a while both rules agree by accident:
+/// the worst of 12,000 integrals on ten reflections has an error of 1.8e-8. With a goal ten times
+/// as large, the worst of 300,000 has 1.4e-6; if kinks are not knots either, 5e-4.
 const QUADRATURE: f64 = 1e-7;
 
 /// The most evaluations of a reflection for each part between peaks and kinks.
 const EVALUATIONS: u32 = 20_000;
 
-/// Light of the visible parts of a linear light of radiance one over its radius.
+/// The light of the visible parts of a linear light, for a radiance times radius of one.
 pub(crate) fn closed(
     view: &LightView<'_>,
     line: &Segment,
@@ -54,8 +54,9 @@ fn over_parts(
         .fold(0.0, |sum, piece| sum + integral(piece.p0, piece.p1))
 }
 
-/// ∫ f_r cos θ along the visible parts of a line by quadrature, to 1e-6, for a reflection without a
-/// closed form whose peaks and kinks are known; `model` says what the line stands for.
+/// The integral ∫ f_r cos θ along the visible parts of a line by quadrature, to 1e-6, for a
+/// reflection without a closed form whose peaks and kinks are known. `model` says whether the line
+/// is a thin cylinder or a strip of a surface.
 pub(crate) fn by_quadrature<R: Reflection>(
     line: &Segment,
     point: &ShadingPoint<R>,
@@ -80,8 +81,8 @@ pub(crate) fn by_quadrature<R: Reflection>(
     sum
 }
 
-/// The irradiance that a cylinder of radiance one causes at the shading point where nothing hides
-/// it and all of its seen side is above the horizon.
+/// The irradiance that a cylinder of radiance one causes at the shading point, if nothing hides it
+/// and all of its visible side is above the horizon.
 pub(crate) fn whole_cylinder(view: &LightView<'_>, cylinder: &CylinderView) -> f64 {
     view.at.normal.dot(cylinder.vector_irradiance()).max(0.0)
 }

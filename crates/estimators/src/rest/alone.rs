@@ -1,4 +1,5 @@
-//! Samples of one technique on the whole light, unweighted: the mean of value over density.
+//! One technique alone samples the whole light, without weights: the estimate is the mean of value
+//! over density.
 
 use crate::draw::Source;
 use crate::draw::block::{BLOCK, LEAST, PointBlock};
@@ -16,9 +17,9 @@ use std::ops::Range;
 
 /// The mean of V × value/p over points (Billen & Dutré 2016, eqs. 1–2, per solid angle).
 ///
-/// `draw` puts the points of some numbers into a block: the value of each if nothing hides it, its
-/// density per solid angle (of a linear light, times its radius) and its target. All points of a
-/// block that carry light are asked for at once.
+/// `draw` adds the points of some numbers to a block: the value of each point if nothing hides it,
+/// its density per solid angle (for a linear light, times its radius), and its position. There is
+/// one visibility query for all points of a block that carry light.
 pub(crate) fn mean(
     count: u32,
     block: &mut PointBlock,
@@ -39,7 +40,7 @@ pub(crate) fn mean(
     sum / f64::from(count)
 }
 
-/// The mean over points of a source.
+/// The mean over points that a source draws.
 pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     surface: &Surface<'_>,
@@ -48,7 +49,7 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     visible: &mut Visible<'_>,
     block: &mut PointBlock,
 ) -> DVec3 {
-    // A set is large: it is made where it stays.
+    // A set is large, so that it is created where it is used.
     let set = samples.set();
     let target = visible.target();
     mean(samples.count, block, visible, |numbers, block| {
@@ -64,9 +65,9 @@ pub(crate) fn points<R: Reflection, T: EmissionTexture>(
     })
 }
 
-/// The mean over points of a round light by the lobes of transformed cosines, as
-/// [`Rest::PointsByLobes`](crate::Rest); uniform in the solid angle where the disk that is seen is
-/// too small for that, or seen too flatly.
+/// The mean over points of a round light in proportion to the lobes of LTCs
+/// ([`Rest::PointsByLobes`](crate::Rest)). If the disk that is seen is too small for that, or seen
+/// too flatly, the points are uniform in the solid angle.
 pub(crate) fn by_lobes<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     view: &LightView<'_>,
@@ -92,8 +93,8 @@ pub(crate) fn by_lobes<R: Reflection, T: EmissionTexture>(
     )
 }
 
-/// The mean over lines on a polygon of a point of the visible parts of each, uniform in length
-/// (Salesin & Jarosz 2019, eqs. 14–15).
+/// The mean over lines on a polygon, each of which has one point of its visible parts that is
+/// uniform in length (Salesin & Jarosz 2019, eqs. 14–15).
 pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     polygon: &ConvexPolygon,
@@ -112,8 +113,8 @@ pub(crate) fn lines<R: Reflection, T: EmissionTexture>(
     gather(integrand, polygon, &memory.draws, parts) / f64::from(samples.count)
 }
 
-/// Σ over lines that were drawn on a polygon of a point of each; `visible` tells the parts of a
-/// line.
+/// The sum over the lines that were drawn on a polygon of one point of each. `visible` returns the
+/// visible parts of a line.
 pub(crate) fn gather<'v, R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     polygon: &ConvexPolygon,

@@ -1,4 +1,6 @@
-//! Samples of the part of the light that is not known.
+//! The rest of the light, which is not integrated, is sampled here: by one technique alone
+//! (`alone`), by several with weights (`weighted`), within the visible region (`visible`), or on
+//! linear lights (`segment`).
 
 pub(crate) mod alone;
 mod optimal;
@@ -11,7 +13,7 @@ pub(crate) mod weighted;
 use crate::draw::block::PointBlock;
 use linelit_lights::RegionSampler;
 
-/// The memory of samples.
+/// The memory of samples, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct RestMemory {
     pub points: PointBlock,

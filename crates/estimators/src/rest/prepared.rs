@@ -1,4 +1,5 @@
-//! One technique of a combination, made ready for a shading point and a light.
+//! A technique of a combination is set up here for a shading point and a light, and gets its number
+//! of samples.
 
 use crate::{
     EmissionTexture, LightSource, LineBy, LineDirection, Lines, MOST_TECHNIQUES, Pieces, PointBy,
@@ -8,57 +9,59 @@ use linelit_geometry::DVec3;
 use linelit_lights::{LightPoint, LineFamily, LineSetup, PointSource, Surface, Viewer};
 use std::f64::consts::PI;
 
-/// A visible point of the light, drawn by one of the techniques.
+/// A visible point of the light that one of the techniques drew.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
-    /// The number of the technique.
+    /// The index of the technique that drew it.
     pub technique: usize,
     pub at: LightPoint,
     /// The value of the integrand.
     pub value: DVec3,
-    /// Density per solid angle of its own technique.
+    /// The density per solid angle by which its own technique drew it.
     pub density: f64,
-    /// Density per solid angle of each technique, as weights see it.
+    /// The density per solid angle of each technique, as weights use it.
     pub densities: [f64; MOST_TECHNIQUES],
-    /// The factor of the densities of points in weights.
+    /// The factor by which smoothing reduces the densities of points in weights.
     pub smooth: f64,
 }
 
-/// A technique, the samples expected of it and the samples it gets.
+/// A technique that is set up for a shading point and a light, with its numbers of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Prepared<'t> {
     pub source: Family<'t>,
-    /// The expected number of samples N_i, which stands in weights and contributions; of a line
-    /// technique, points on a piece.
+    /// The expected number of samples N_i, which weights and contributions use. For a line
+    /// technique this counts points on a piece.
     pub expected: f64,
-    /// The number drawn this time; its mean is `expected` over `points`.
+    /// The number of draws this time; its mean is `expected` divided by `points`.
     pub count: u32,
-    /// The random numbers of these.
+    /// The random numbers of these draws.
     pub numbers: RandomNumbers,
-    /// Samples of one draw: points on a piece of a line.
+    /// The number of samples for each draw, which is the number of points on a piece of a line.
     pub points: u8,
 }
 
-/// The points, or the lines, that a technique draws.
+/// The points or the lines that a technique draws.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there are a few of them")]
 pub(super) enum Family<'t> {
-    /// Points by a density; directions of the BSDF without one. A source is large, lines are not.
+    /// Points by a density, or directions from the BSDF if there is no density. A source is large,
+    /// a family of lines is not.
     Points(Option<Box<PointSource<'t>>>),
     Lines(LineFamily<'t>, Pieces),
 }
 
-/// The part of a light that techniques draw from, and who looks at it.
+/// The part of a light on which techniques draw, and the shading point that sees it.
 pub(super) struct Domain<'t, T> {
     /// The part of the surface above the horizons.
     pub surface: Surface<'t>,
-    /// Radians from the first edge of the part to that of the whole light.
+    /// The angle from the first edge of that part to the first edge of the whole light, in radians.
     pub turn: f64,
     pub light: &'t LightSource<'t, T>,
     pub viewer: Viewer<'t>,
 }
 
 impl<'t, T: EmissionTexture> Domain<'t, T> {
+    /// Points on this part by a density.
     fn points(&self, by: PointBy) -> Family<'t> {
         let Some(by) = by.on_surface() else {
             return Family::Points(None);
@@ -67,8 +70,8 @@ impl<'t, T: EmissionTexture> Domain<'t, T> {
         Family::Points(Some(Box::new(source)))
     }
 
-    /// Lines in a direction that is a fraction of a half turn from the light's first edge; `None`
-    /// on a light without lines.
+    /// Lines on this part in a direction that is a fraction of a half turn from the light's first
+    /// edge; `None` on a light without lines.
     fn lines(&self, lines: &Lines, fraction: f64) -> Option<LineFamily<'t>> {
         let setup = LineSetup {
             fraction,
@@ -82,8 +85,9 @@ impl<'t, T: EmissionTexture> Domain<'t, T> {
 }
 
 impl<'t> Prepared<'t> {
-    /// The techniques of a combination with this many samples in the mean; `u(k)` are independent
-    /// random numbers. On a light without lines, points by solid angle replace them, one a draw.
+    /// Sets up the techniques of a combination that has this many samples in the mean; `u(k)` are
+    /// independent random numbers. On a light without lines, points by solid angle replace the
+    /// lines, one for each draw.
     pub(super) fn all<T: EmissionTexture>(
         weighted: &Weighted<'_>,
         samples: f64,
@@ -93,6 +97,7 @@ impl<'t> Prepared<'t> {
     ) -> Vec<Self> {
         let total: f64 = weighted.techniques().map(|p| f64::from(p.share)).sum();
         let mut out = Vec::with_capacity(weighted.parts.len() + 1);
+        // Give each technique its share of the samples.
         for (index, part) in (1..).zip(weighted.techniques()) {
             let mut expected = samples * f64::from(part.share) / total;
             let lines = match part.technique {
@@ -102,14 +107,15 @@ impl<'t> Prepared<'t> {
                 }
                 Technique::Lines(lines) => lines,
             };
+            // Spread the samples of lines over their directions.
             let optimal = matches!(weighted.weights, Weights::Optimal(_));
             let points = if optimal { 1 } else { lines.points };
             let (first, count) = (u(index), lines.directions());
             expected /= f64::from(count);
             for k in 0..count {
-                // In half turns from the light's first edge.
+                // Find the direction, in half turns from the light's first edge.
                 let fraction = match (lines.direction, lines.measure()) {
-                    // Lines by texture run along one edge and the other, in turn.
+                    // Lines by texture run along the two edges of the light in turn.
                     (LineDirection::Spread(_), LineBy::Texture) => {
                         0.5 * ((2.0 * first).floor() + f64::from(k))
                     }
@@ -131,7 +137,7 @@ impl<'t> Prepared<'t> {
         out
     }
 
-    /// A technique with so many draws in the mean, before they are allotted.
+    /// A technique with this many draws in the mean, before whole numbers are assigned.
     fn new(source: Family<'t>, draws: f64, points: u8, numbers: &RandomNumbers) -> Self {
         Self {
             source,
@@ -143,8 +149,9 @@ impl<'t> Prepared<'t> {
     }
 }
 
-/// Gives whole numbers of samples with the expected means: systematic rounding of the running sum,
-/// by the number `u` of the block of `numbers`.
+/// Assigns whole numbers of samples to techniques, with the expected means, by systematic sampling:
+/// the running sum of the expected numbers is rounded after adding `u`, the number of the block of
+/// `numbers`.
 pub(super) fn allot(techniques: &mut [Prepared<'_>], numbers: &RandomNumbers, u: f64) {
     let (mut sum, mut given, mut expected) = (u, 0.0, 0.0_f64);
     for technique in techniques {
@@ -153,13 +160,15 @@ pub(super) fn allot(techniques: &mut [Prepared<'_>], numbers: &RandomNumbers, u:
         let upto = sum.floor();
         technique.count = whole(upto - given);
         given = upto;
-        // From which u on one more is given to the techniques before this one, and with it.
+        // The marks are the values of u above which the techniques before this one, and then this
+        // one too, get one more sample.
         let marks = [expected, expected + draws].map(|e| 1.0 - e.fract());
         technique.numbers = numbers.among(u, marks);
         expected += draws;
     }
 }
 
+/// The whole number as `u32`.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -175,8 +184,9 @@ mod tests {
     use linelit_samplers::{Block, SamplerKind, hash::mix, hash::unit_f64};
     use std::collections::BTreeMap;
 
-    /// Each block has all its samples, each technique its share of all blocks, and the blocks that
-    /// give it as many are numbered as those of a pattern of their own.
+    /// Each block has all its samples, and over all blocks each technique has its share. The blocks
+    /// that give a technique equally many samples are numbered as the blocks of a pattern of their
+    /// own.
     #[test]
     fn blocks_that_give_a_technique_as_many_samples_share_a_pattern() {
         for (shares, blocks) in [

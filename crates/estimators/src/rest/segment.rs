@@ -1,7 +1,9 @@
-//! Points on linear lights, by every technique of Peters 2021; diffuse and glossy samples together.
+//! Points on linear lights are sampled here, by every technique of Peters 2021, with diffuse and
+//! glossy samples together.
 //!
-//! A linear light has no surface: no ray and no direction drawn from a BSDF can meet it, so the
-//! samples of its own techniques have the weight one and are the only ones it gets.
+//! A linear light has no surface, so that no ray and no direction drawn from a BSDF can hit it.
+//! Hence the techniques for linear lights are the only ones that sample it, and they are not
+//! weighted with any others.
 
 use super::alone::mean;
 use crate::draw::block::{BLOCK, PointBlock};
@@ -16,21 +18,21 @@ use linelit_mis::{balance, clamped_optimal, visibility_optimal_contribution, wei
 use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
 
-/// The least diffuse albedo in the weights, so that the technique that covers all of the light
-/// always counts.
+/// The least diffuse albedo in the weights. It makes sure that the technique that covers all of the
+/// light always has some weight.
 const LEAST_ALBEDO: f64 = 0.01;
-/// Samples made at a time.
+/// The number of samples that are drawn at a time.
 const BATCH: usize = 32;
 
-/// The memory of pairs of points.
+/// The memory of pairs of a diffuse and a glossy point, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct SegmentMemory {
-    /// The light that points send to the viewer, and their densities.
+    /// The light that each point sends to the viewer, and its densities by both techniques.
     pairs: Vec<(DVec3, [f64; 2])>,
     targets: Vec<DVec3>,
 }
 
-/// Points that are asked of a linear light.
+/// What is sampled: a linear light as a shading point sees it.
 #[derive(Debug)]
 pub(crate) struct SegmentQuery<'a, R> {
     pub point: &'a ShadingPoint<R>,
@@ -40,7 +42,8 @@ pub(crate) struct SegmentQuery<'a, R> {
     pub samples: Samples<'a>,
 }
 
-/// Points on a linear light: the mean of L R f_r V cos θ/p, with p per solid angle and radius.
+/// The mean over points on a linear light of L R f_r V cos θ/p, where R is the radius, and p is per
+/// solid angle and per radius.
 pub(crate) fn points<R: Reflection>(
     asked: &SegmentQuery<'_, R>,
     options: LinearOptions,
@@ -49,6 +52,7 @@ pub(crate) fn points<R: Reflection>(
     memory: &mut SegmentMemory,
     block: &mut PointBlock,
 ) -> DVec3 {
+    // Choose the technique for diffuse light, and the heuristic if there are two techniques.
     let (technique, heuristic) = match options {
         LinearOptions::Technique(technique) => (technique, None),
         LinearOptions::Ltc(heuristic @ LinearHeuristic::Balance(technique)) => {
@@ -60,19 +64,21 @@ pub(crate) fn points<R: Reflection>(
     let Some(flat) = LinearSampler::new(technique, line, x, n) else {
         return DVec3::ZERO;
     };
+    // Sample by that technique alone if there is no lobe.
     let (Some(heuristic), Some(cosines)) = (heuristic, cosines) else {
         return by_technique(asked, &flat, visible, block);
     };
     let Some(glossy) = SegmentLtc::new(line, x, n, cosines) else {
         return by_technique(asked, &flat, visible, block);
     };
+    // Otherwise weight it with samples by the LTCs of the lobes.
     let albedo = cosines.diffuse.max(DVec3::splat(LEAST_ALBEDO));
     let pair = DiffuseGlossyPair {
         heuristic,
         count: f64::from(asked.samples.count),
         parts: [
-            // The balance heuristic alone takes techniques that do not know it, and does not read
-            // these parts.
+            // The balance heuristic does not use these parts, so that its first technique need not
+            // know its irradiance.
             asked.emitted * albedo * (FRAC_1_PI * flat.irradiance().unwrap_or(0.0)),
             asked.emitted * glossy.reflected,
         ],
@@ -80,7 +86,7 @@ pub(crate) fn points<R: Reflection>(
     pair.sum(asked, &flat, &glossy, visible, memory)
 }
 
-/// One technique.
+/// The mean over points that one technique draws.
 fn by_technique<R: Reflection>(
     asked: &SegmentQuery<'_, R>,
     sampler: &LinearSampler,
@@ -105,17 +111,17 @@ fn by_technique<R: Reflection>(
     mean(asked.samples.count, block, visible, draw)
 }
 
-/// Diffuse and glossy samples of a linear light, as their heuristic knows them.
+/// Diffuse and glossy samples of a linear light, and what the heuristic needs to weight them.
 struct DiffuseGlossyPair {
     heuristic: LinearHeuristic,
-    /// Samples of each.
+    /// The number of samples of each technique.
     count: f64,
-    /// The unshadowed light of each technique's part, by channel.
+    /// The unshadowed diffuse and glossy light, by channel.
     parts: [DVec3; 2],
 }
 
 impl DiffuseGlossyPair {
-    /// The weighted sum of all samples of both.
+    /// The weighted sum of all samples of both techniques.
     fn sum<R: Reflection>(
         &self,
         asked: &SegmentQuery<'_, R>,
@@ -132,6 +138,7 @@ impl DiffuseGlossyPair {
         while first < count {
             let end = count.min(first.saturating_add(BLOCK / 2));
             stop::check();
+            // Draw the samples of a block by both techniques, with the densities of both.
             pairs.clear();
             targets.clear();
             for i in first..end {
@@ -146,6 +153,7 @@ impl DiffuseGlossyPair {
                     }
                 }
             }
+            // Query their visibility, and add them by their weights.
             let mut free = visible.points(targets);
             for (i, (value, densities)) in pairs.iter_mut().enumerate() {
                 if *value != DVec3::ZERO {
@@ -159,7 +167,7 @@ impl DiffuseGlossyPair {
         sum
     }
 
-    /// Returns the contribution of a sample of technique `k`: weight × value / (density × count).
+    /// The contribution of a sample of technique `k`: weight × value / (density × count).
     fn contribution(&self, value: DVec3, pdfs: [f64; 2], k: usize) -> DVec3 {
         let counts = [self.count; 2];
         let by_channel = |c: usize| {

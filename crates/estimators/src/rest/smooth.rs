@@ -1,5 +1,5 @@
-//! Weights without steps: densities of points smoothed at the borders of the light and of its
-//! visible parts (Salesin & Jarosz 2019, section 4.3).
+//! Weights without steps are computed here: the densities of points are smoothed at the borders of
+//! the light and of its visible parts (Salesin & Jarosz 2019, section 4.3).
 
 use crate::view::LightView;
 use crate::{Smoothing, Weights};
@@ -7,13 +7,13 @@ use linelit_geometry::{DVec3, Segment, intervals::Interval};
 use linelit_lights::{LightPoint, Surface};
 use linelit_mis::smoothing;
 
-/// The hidden share of a line that is smoothed with a fixed width, at least. Ends of visible
-/// parts are good to some 1e-12, and what rounding hides at the end of one line may be visible on
-/// the line through the same point that another technique asks for: weights would no longer sum to
-/// one.
+/// The shortest hidden piece, as a fraction of a line, that is smoothed with a fixed width. Ends of
+/// visible parts are good to some 1e-12. What rounding hides at the end of one line may be visible
+/// on the line through the same point that belongs to another technique; weights would then no
+/// longer add up to one.
 const LEAST_GAP: f64 = 1e-9;
 
-/// The smoothing of weights on a light.
+/// The smoothing of the densities of points on a light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smooth<'a> {
     kind: Smoothing,
@@ -24,7 +24,7 @@ pub(super) struct Smooth<'a> {
 }
 
 impl<'a> Smooth<'a> {
-    /// `None` where weights are not smoothed.
+    /// Sets up the smoothing; `None` if the weights are not smoothed.
     pub(super) fn new(weights: Weights, view: &LightView<'_>, part: Surface<'a>) -> Option<Self> {
         let Weights::Smooth(kind) = weights else {
             return None;
@@ -38,14 +38,15 @@ impl<'a> Smooth<'a> {
         })
     }
 
-    /// The factor for the borders of the light: eq. 23 with all edges in place of u and v.
+    /// The factor for the borders of the light: eq. 23 with all edges instead of u and v.
     pub(super) fn border(&self, point: DVec3) -> f64 {
         let edge = |distance: f64| smoothing::edge(distance, self.width);
         self.part.border(point, self.x, edge)
     }
 
-    /// The smoothing factor of points at the ends of visible parts, along one line direction.
+    /// The factor for the ends of visible parts, along one direction of lines.
     pub(super) fn factor(&self, at: &LightPoint, line: &Segment, parts: &[Interval]) -> f64 {
+        // Find the visible part that the point is on, and how much is hidden before and after it.
         let (t, length) = (parameter(line, at.point), line.length());
         let Some(k) = piece_of(t, parts) else {
             return 1.0;
@@ -53,6 +54,7 @@ impl<'a> Smooth<'a> {
         let part = parts[k];
         let before = k.checked_sub(1).map_or(0.0, |j| parts[j].hi);
         let after = parts.get(k + 1).map_or(1.0, |p| p.lo);
+        // The length of a hidden piece limits the width of smoothing, unless the width is fixed.
         let gap = |hidden: f64| match self.kind {
             Smoothing::Fixed if hidden > LEAST_GAP => f64::INFINITY,
             _ => hidden * length,
@@ -62,7 +64,7 @@ impl<'a> Smooth<'a> {
         smoothing::visible_interval(t * length, lo, hi, gaps.0, gaps.1, self.width)
     }
 
-    /// The lines across those of a direction, one through each point; of lights without lines none.
+    /// Finds lines across a direction, one through each point; none on lights without lines.
     pub(super) fn across(
         &self,
         direction: DVec3,
@@ -85,7 +87,8 @@ pub(super) fn parameter(line: &Segment, point: DVec3) -> f64 {
     }
 }
 
-/// The visible part that holds a parameter, whose rounding may have put it beyond an end.
+/// The index of the visible part that contains a parameter; the parameter may be beyond an end by
+/// its rounding.
 pub(super) fn piece_of(t: f64, parts: &[Interval]) -> Option<usize> {
     let slack = 16.0 * f64::EPSILON;
     parts

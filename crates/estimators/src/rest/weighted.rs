@@ -1,9 +1,18 @@
-//! Points and lines in one estimator (Salesin & Jarosz 2019, sections 3 and 4).
+//! Points and lines are combined in one estimator here (Salesin & Jarosz 2019, sections 3 and 4).
 //!
-//! A line sample becomes a point sample once a point of its visible part is drawn: its density is
-//! the joint one of eqs. 14 and 19, which knows the visibility. Any number of such techniques,
-//! lines of different directions, points and BSDF samples, then combine by multiple importance
-//! sampling.
+//! A line sample becomes a point sample once a point of its visible part is drawn. The density of
+//! that point is the joint density of eqs. 14 and 19, which depends on visibility. Any number of
+//! such techniques can then be combined by multiple importance sampling: lines of different
+//! directions, points, and BSDF samples. The steps are:
+//!
+//! 1. Give each technique a whole number of samples, and draw them. Only visible samples that carry
+//!    light are stored.
+//! 2. At each sample, find the densities of all other techniques. For lines, this takes one more
+//!    visibility query, for the line through the sample.
+//! 3. Add up the samples by their weights.
+//!
+//! The optimal heuristic does the first step in two rounds, each of which gives the other its
+//! coefficients.
 
 use super::optimal::{self, Round};
 use super::prepared::{Domain, Family, Prepared, Sample, allot};
@@ -24,7 +33,7 @@ use linelit_mis::{Heuristic, smoothing};
 use linelit_samplers::SampleSet;
 use linelit_visibility::VisibleLines;
 
-/// The memory of combinations.
+/// The memory of combinations, which is reused.
 #[derive(Debug, Default)]
 pub(crate) struct WeightedMemory {
     drawn: Vec<LineSample>,
@@ -32,15 +41,15 @@ pub(crate) struct WeightedMemory {
     visible: VisibleLines,
     samples: Vec<Sample>,
     targets: Vec<DVec3>,
-    /// The number of samples in the first of two rounds.
+    /// The number of samples in the first round, if there are two rounds.
     first_round: Option<usize>,
-    /// The samples that each technique drew, in each round.
+    /// The number of samples that each technique drew, in each round.
     counts: [[f64; MOST_TECHNIQUES]; 2],
-    /// The samples that lines go through, while one technique is asked for its densities.
+    /// The samples through which lines go, while the densities of one technique are queried.
     owners: Vec<usize>,
 }
 
-/// A combination while its samples are drawn.
+/// A combination of techniques while its samples are drawn.
 struct Combination<'a, 'v, R, T> {
     integrand: &'a Integrand<'a, R, T>,
     surface: Surface<'a>,
@@ -53,8 +62,8 @@ struct Combination<'a, 'v, R, T> {
     counts: &'a mut WorkCounters,
 }
 
-/// The weighted sum of all techniques, Σ_s Σ_k w_s f/(N_s p_s) (Salesin & Jarosz 2019, eq. 20
-/// without its 1/S), on the part of the light above the horizons.
+/// The weighted sum of all techniques on the part of the light above the horizons, Σ_s Σ_k w_s
+/// f/(N_s p_s) (Salesin & Jarosz 2019, eq. 20 without its 1/S).
 pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
     integrand: &Integrand<'_, R, T>,
     view: &LightView<'_>,
@@ -100,17 +109,18 @@ pub(crate) fn sum<R: Reflection, T: EmissionTexture>(
     combination.sum()
 }
 
-/// The difference of the second round's seed from the first's.
+/// The difference between the seeds of the two rounds.
 const OTHER_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// [`MOST_TECHNIQUES`] as a count of random numbers.
+/// [`MOST_TECHNIQUES`] as a number of random numbers.
 #[allow(clippy::cast_possible_truncation, reason = "a small constant")]
 const MOST: u32 = MOST_TECHNIQUES as u32;
 
 impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
-    /// Samples of all techniques with all their densities: in two rounds for the optimal
-    /// heuristic, each of which gives the other its coefficients.
+    /// Draws samples of all techniques and finds all their densities. For the optimal heuristic
+    /// there are two rounds, each of which gives the other its coefficients.
     fn gather(&mut self, weighted: &Weighted<'_>, domain: &Domain<'a, T>, numbers: &RandomNumbers) {
+        // Set up the techniques.
         let (count, seed) = (weighted.samples, numbers.seed);
         let random = numbers.in_common(Stream::Orientation, 1 + MOST);
         let rounds = match self.weights {
@@ -120,6 +130,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         let expected = f64::from(count) / [1.0, 2.0][rounds - 1];
         let turn = |k| random.get_1d(k);
         self.techniques = Prepared::all(weighted, expected, domain, numbers, turn);
+        // Draw their samples, in one round or two.
         let mut numbers = *numbers;
         numbers.block = numbers.block.interleaved();
         let u = numbers.spread(random.get_1d(0));
@@ -128,14 +139,16 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                 self.memory.first_round = Some(self.memory.samples.len());
             }
             numbers.seed = seed ^ [0, OTHER_SEED][round];
-            // Both rounds together have as many samples of each technique as one of both would.
+            // Both rounds together have as many samples of each technique as one round of their
+            // size would have.
             allot(
                 &mut self.techniques,
                 &numbers,
                 [u, (u + 0.5).fract()][round],
             );
             if round > 0 {
-                // What weights the other round does not go along with it from block to block.
+                // Samples of one round determine weights of the other, so that they must not vary
+                // together from block to block.
                 for technique in &mut self.techniques {
                     let block = &mut technique.numbers.block;
                     *block = block.interleaved();
@@ -147,7 +160,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         self.smooth_across();
     }
 
-    /// Draws the samples of all techniques; those of two rounds are independent.
+    /// Draws the samples of all techniques in one round. The samples of two rounds are independent.
     fn draw(&mut self, round: usize) {
         let techniques = std::mem::take(&mut self.techniques);
         for ((index, technique), stream) in techniques.iter().enumerate().zip(0..) {
@@ -167,7 +180,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         self.techniques = techniques;
     }
 
-    /// A sample of technique `technique`, if it carries light.
+    /// Returns a sample of a technique; `None` if it carries no light.
     fn sample(&self, technique: usize, at: LightPoint, density: f64) -> Option<Sample> {
         let value = self.integrand.value(&at);
         if value == DVec3::ZERO || !(density > 0.0 && density.is_finite()) {
@@ -185,12 +198,12 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         })
     }
 
-    /// Returns the smoothing factor along a line through a point: 1 without smoothing.
+    /// The smoothing factor for the line through a point, or 1 without smoothing.
     fn smooth_factor(&self, at: &LightPoint, line: &Segment, parts: &[Interval]) -> f64 {
         self.smooth.map_or(1.0, |s| s.factor(at, line, parts))
     }
 
-    /// Draws the samples of a point technique that carry light and are visible.
+    /// Draws the samples of a point technique, and stores those that carry light and are visible.
     fn draw_points(&mut self, index: usize, source: Source<'_, '_>, set: &SampleSet) {
         let (count, x) = (set.count(), self.integrand.point.position);
         let mut targets = std::mem::take(&mut self.memory.targets);
@@ -200,6 +213,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             let numbers = first..count.min(first.saturating_add(BLOCK));
             stop::check();
             first = numbers.end;
+            // Draw a block of points, and see them from the shading point.
             let filled = numbers.len() >= LEAST;
             let in_columns = filled && self.block.draw_columns(source, set, &numbers).is_some();
             let drawn = samples.len();
@@ -216,6 +230,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                 let at = LightPoint::new(on_light, x, &self.surface);
                 self.sample(index, at, source.density(&at, self.integrand))
             }));
+            // Remove the points that are hidden.
             let target = self.visible.target();
             targets.clear();
             targets.extend(samples[drawn..].iter().map(|s| target.of(&s.at)));
@@ -231,8 +246,8 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         (self.memory.targets, self.memory.samples) = (targets, samples);
     }
 
-    /// Draws the samples of a line technique: all its lines in one query, then points on what is
-    /// visible.
+    /// Draws the samples of a line technique: all its lines in one visibility query, then points on
+    /// their visible parts.
     fn draw_lines(
         &mut self,
         technique: (usize, u8),
@@ -240,6 +255,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         set: &SampleSet,
     ) {
         let ((index, points), (lines, pieces)) = (technique, family);
+        // Draw the lines, and find their visible parts.
         let memory = &mut *self.memory;
         memory.drawn.clear();
         let drawn = (0..set.count()).map(|i| lines.sample(set.get_2d(i)[0]));
@@ -250,6 +266,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         self.visible.lines(&memory.segments, &mut memory.visible);
         self.counts
             .count_lines(&memory.visible, memory.segments.len());
+        // Draw points on all visible pieces together, or on each.
         let mut samples = std::mem::take(&mut self.memory.samples);
         let x = self.integrand.point.position;
         for (i, line) in (0u32..).zip(&self.memory.drawn) {
@@ -277,14 +294,15 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         self.memory.samples = samples;
     }
 
-    /// Asks all techniques for their densities at each other's samples: the lines through them are
-    /// one more question to the same shaft.
+    /// Finds the densities of all techniques at the samples of the others. For lines this takes one
+    /// more query to the same shaft, for the lines through these samples.
     fn densities(&mut self) {
         if self.techniques.len() == 1 {
             return;
         }
         let mut samples = std::mem::take(&mut self.memory.samples);
         for (index, technique) in self.techniques.iter().enumerate() {
+            // Evaluate the densities of points directly.
             let (lines, pieces) = match &technique.source {
                 Family::Lines(lines, pieces) => (lines, *pieces),
                 Family::Points(source) => {
@@ -295,6 +313,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
                     continue;
                 }
             };
+            // Find the visible parts of the lines through the samples of the other techniques.
             let memory = &mut *self.memory;
             memory.owners.clear();
             memory.segments.clear();
@@ -306,6 +325,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             }
             self.visible.lines(&memory.segments, &mut memory.visible);
             self.counts.plan.density_lines += memory.owners.len() as u64;
+            // Evaluate the densities of lines, given these parts.
             for (i, &owner) in self.memory.owners.iter().enumerate() {
                 let parts = self.memory.visible.line(i);
                 let (sample, line) = (&mut samples[owner], &self.memory.segments[i]);
@@ -321,8 +341,8 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         self.memory.samples = samples;
     }
 
-    /// Smooths across the lines, too, where all have one direction: one more line through each
-    /// sample.
+    /// Smooths the densities across the lines, too, if all lines have one direction. This takes one
+    /// more line through each sample.
     fn smooth_across(&mut self) {
         let lines = |technique: &Prepared<'_>| match &technique.source {
             Family::Lines(lines, _) => Some(lines.direction()),
@@ -344,12 +364,13 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
         }
     }
 
-    /// The weighted sum.
+    /// The sum of all samples by their weights.
     fn sum(&self) -> DVec3 {
         let (count, memory) = (self.techniques.len(), &self.memory);
         let of = |i: usize| self.techniques.get(i).map_or(0.0, |t| t.expected);
         let expected: [f64; MOST_TECHNIQUES] = std::array::from_fn(of);
         let ns = &expected[..count];
+        // Weight each sample by the heuristic.
         let mut sum = DVec3::ZERO;
         for sample in &memory.samples {
             let (ps, i) = (&sample.densities[..count], sample.technique);
@@ -372,6 +393,7 @@ impl<'a, R: Reflection, T: EmissionTexture> Combination<'a, '_, R, T> {
             };
             sum += sample.value * (weight / (ns[i] * sample.density));
         }
+        // For optimal weights, add the difference between them and the balance heuristic.
         if let Weights::Optimal(kind) = self.weights
             && let Some(first) = memory.first_round
         {

@@ -1,4 +1,4 @@
-//! Every technique there is gives the same light, alone and combined.
+//! Every technique gives the same light, alone and in combinations.
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{
@@ -18,7 +18,7 @@ use linelit_testkit::ztest::{Welford, critical_z, z_score_two};
 use linelit_visibility::Occluders;
 use std::ops::Range;
 
-/// A reflection of which nothing is known but its values.
+/// A reflection of which only values are known, without LTCs and closed forms.
 #[derive(Clone)]
 pub(crate) struct Opaque(pub Bsdf);
 
@@ -36,7 +36,7 @@ impl Reflection for Opaque {
     }
 }
 
-/// A sum of lobes about any directions, drawn by the cosine.
+/// A sum of lobes about any directions, sampled in proportion to the cosine.
 #[derive(Clone)]
 pub(crate) struct Lobes(Lambert, Vec<ClosedLobe>);
 
@@ -70,7 +70,7 @@ impl Reflection for Lobes {
     }
 }
 
-/// An image over all of a light.
+/// An image that covers all of a light.
 pub(crate) struct Image(ConvexPolygon, ImportanceImage);
 
 impl EmissionTexture for Image {
@@ -92,7 +92,7 @@ impl EmissionTexture for Image {
     }
 }
 
-/// A light of each kind, with the image that it emits if it emits one.
+/// A light of each kind, together with its image if it has one.
 pub(crate) fn lights() -> Vec<(Light, Option<Image>)> {
     let corner = DVec3::new(-0.5, -0.5, 1.5);
     let quad = ConvexPolygon::parallelogram(corner, DVec3::Y, DVec3::X * 1.25).expect("one");
@@ -127,7 +127,7 @@ pub(crate) fn lights() -> Vec<(Light, Option<Image>)> {
     ]
 }
 
-/// A rectangle between, or nothing.
+/// A rectangle between the point and the light, or no occluders.
 pub(crate) fn occluders(there: bool) -> Occluders {
     let (x, y, z) = ([0.0625, 0.5], [-0.5, 0.125], 0.75);
     let corners = [
@@ -139,8 +139,8 @@ pub(crate) fn occluders(there: bool) -> Occluders {
     Occluders::build(&corners, if there { &[[0, 1, 2], [0, 2, 3]] } else { &[] })
 }
 
-/// The light past occluders with an estimator and so many samples; without skips if `every` sample
-/// is to be taken.
+/// The light past occluders, by an estimator with this many samples. If `every` is set, every
+/// sample is taken, without skips.
 pub(crate) fn means<R: Reflection>(
     (light, texture): &(Light, Option<Image>),
     occluders: &Occluders,
@@ -166,8 +166,8 @@ pub(crate) fn means<R: Reflection>(
     seeds.map(one).collect()
 }
 
-/// What `exact` does before many triangles, before any; and directions of lines that only one
-/// technique alone can have.
+/// Options that change `exact` before many triangles or before any, and directions of lines that
+/// only a technique alone can have.
 const ALONE: [&str; 6] = [
     "exact[limit=0]",
     "exact[limit=0,orientation=origin]",
@@ -183,10 +183,10 @@ fn stands_alone(name: &str) -> bool {
         .any(|direction| name.contains(direction))
 }
 
-/// Each technique alone and with points of the BSDF, on each kind of light, against points uniform
-/// on the area: past a rectangle by 128 seeds, and with nothing between by 64 of half as many
-/// samples, what has a closed form then taking it. Together with the other calls of a test at a
-/// level of 1e-4.
+/// Compares each technique, alone and with points of the BSDF, with points that are uniform in the
+/// area, on each kind of light. With a rectangle in between there are 128 seeds. Without occluders
+/// there are 64 seeds with half as many samples, and closed forms are used where there are any. All
+/// calls of a test together have a level of 1e-4.
 fn hold<R: Reflection>(what: &str, calls: usize, x: DVec3, n: DVec3, bsdf: R) {
     let point = ShadingPoint::new(x, n, DVec3::new(-0.6, 0.0, 0.8), bsdf);
     let lights = lights();
@@ -236,7 +236,7 @@ fn rough(alpha: [f64; 2], fresnel: Fresnel) -> Lobe {
     })
 }
 
-/// Materials as scene files make them.
+/// Materials as readers of scene files make them.
 pub(crate) fn materials() -> Vec<(&'static str, Bsdf)> {
     let [quarter, f0] = [0.25, 0.04].map(DVec3::splat);
     let phong = |exponent| {
@@ -316,7 +316,7 @@ pub(crate) fn gaussians() -> Lobes {
     Lobes(matte(), lobes)
 }
 
-/// Also where nothing is known of the BSDF, and where the horizon cuts the lights.
+/// This also holds where nothing is known of the BSDF, and where the horizon clips the lights.
 #[test]
 fn every_technique_gives_the_same_light() {
     let specular = DVec3::splat(0.5);
@@ -327,14 +327,14 @@ fn every_technique_gives_the_same_light() {
     hold(0.0, DVec3::Z, Bsdf::Lambert(matte()));
     hold(0.125, DVec3::Z, glossy.clone());
     hold(0.0, tilted, glossy.clone());
-    // A rough power, also where the horizon cuts the lights, and a narrow lobe.
+    // A wide Phong lobe, also where the horizon clips the lights, and a narrow one.
     hold(0.125, DVec3::Z, phong(2.5));
     hold(0.0, tilted, phong(2.5));
     hold(0.125, DVec3::Z, phong(150.0));
     self::hold("values alone", 7, DVec3::X * 0.25, DVec3::Z, Opaque(glossy));
 }
 
-/// The matrix of lights and materials.
+/// All pairs of a light and a material.
 #[test]
 fn every_light_on_every_material() {
     let materials = materials();
@@ -345,7 +345,7 @@ fn every_light_on_every_material() {
     hold("Gaussians", calls, DVec3::X * 0.25, DVec3::Z, gaussians());
 }
 
-/// Weights of another heuristic, on lights and reflections of all sorts.
+/// The weights of one more heuristic, on lights and reflections of all kinds.
 #[test]
 fn weights_by_power_give_the_same_light() {
     let x = DVec3::X * 0.25;
@@ -378,8 +378,8 @@ fn weights_by_power_give_the_same_light() {
     }
 }
 
-/// A reflection of which nothing but transformed cosines is known, which a function of the viewer
-/// and the normal says.
+/// A reflection of which only LTCs are known, which a function of the viewer and the normal
+/// returns.
 struct Likened<F>(Bsdf, F);
 
 impl<F: Fn(DVec3, DVec3) -> LtcMixture> Reflection for Likened<F> {
@@ -404,9 +404,10 @@ impl<F: Fn(DVec3, DVec3) -> LtcMixture> Reflection for Likened<F> {
     }
 }
 
-/// A fit lets `exact` integrate what an own reflection looks like: the same light, with .011 to
-/// .026 of the variance of the points that it takes without, on every light but the one with an
-/// image. A ratio of two variances of 256 estimates is known to a factor of 1.5 (α = 0.001).
+/// LTCs that were fitted to a user's reflection let `exact` integrate them. The light is the same,
+/// and the variance is .011 to .026 of the variance of points without LTCs, on every light but the
+/// one with an image. The ratio of two variances of 256 estimates is known to a factor of 1.5 (α =
+/// 0.001).
 #[test]
 fn fitted_reflections_have_the_same_light_with_less_noise() {
     let phong = Phong {
@@ -422,7 +423,7 @@ fn fitted_reflections_have_the_same_light_with_less_noise() {
     let fitted = ShadingPoint::new(x, n, wo, fitted());
     for light in lights().iter().filter(|(_, image)| image.is_none()) {
         if matches!(light.0, Light::Linear(_) | Light::Cylinder(_)) {
-            // Their lines want peaks, too.
+            // Lines on these need peaks, too.
             continue;
         }
         let between = occluders(true);
@@ -432,8 +433,9 @@ fn fitted_reflections_have_the_same_light_with_less_noise() {
     }
 }
 
-/// No bias where the transformed cosines are zero though the reflection is not: about an axis whose
-/// horizon leaves half of the lights black, about one that leaves all, and none at all.
+/// There is no bias where LTCs are zero though the reflection is not: about an axis whose horizon
+/// leaves half of the lights black, about an axis whose horizon leaves all of them black, and
+/// without any lobe.
 #[test]
 fn cosines_that_are_zero_cost_noise_alone() {
     let quarter = DVec3::splat(0.25);
@@ -485,9 +487,9 @@ const BY_DIRECTION: [&str; 5] = [
     "line-solid-angle+point-bsdf",
 ];
 
-/// A point in the plane of a flat light receives nothing by any technique; one that is just beside
-/// the foot of an upright light, almost half of what a whole half space would send, by all that
-/// follow directions.
+/// A point in the plane of a flat light receives no light by any technique. A point right next to
+/// the foot of an upright light receives almost half of what a half space would send, by all
+/// techniques that follow directions.
 #[test]
 fn points_at_the_foot_of_a_light_receive_nothing_or_half_a_space() {
     let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
@@ -499,7 +501,8 @@ fn points_at_the_foot_of_a_light_receive_nothing_or_half_a_space() {
     let bound = critical_z(sidak(1e-4, 2 * 5 * BY_DIRECTION.len()));
     for angle in [0.0, 0.3, 1.1, 2.5, 4.0] {
         let turn = DMat3::from_rotation_z(angle);
-        // As a file has it: rounded to f32, which leaves the plane a few 1e-8 aside.
+        // As in a file, the coordinates are rounded to f32, which moves the point by a few 1e-8
+        // from the plane.
         let at = |x: f64, z: f64| (turn * DVec3::new(x, 0.25, z)).as_vec3().as_dvec3();
         let corners = [at(-0.5, 0.0), at(0.5, 0.0), at(0.5, 1.0), at(-0.5, 1.0)];
         let polygon = ConvexPolygon::new(&corners).expect("a square");
@@ -527,7 +530,7 @@ fn points_at_the_foot_of_a_light_receive_nothing_or_half_a_space() {
                     }
                 }
             }
-            // Just beside, almost half of the hemisphere is the light.
+            // Right next to the light, it fills almost half of the hemisphere.
             let want = see(3e-3, "exact", 1).mean();
             assert!((want / 3.0 - 0.497).abs() < 1e-3, "angle {angle}: {want}");
             for text in BY_DIRECTION {

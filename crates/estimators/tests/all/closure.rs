@@ -1,4 +1,4 @@
-//! Closure: what a point sees of all facets around it together is everything.
+//! Closure: the facets around a point together send all light that the point can receive.
 
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{
@@ -10,7 +10,7 @@ use linelit_samplers::SamplerKind;
 use linelit_testkit::{cases::cases, cases::rng, rng::SplitMix64};
 use linelit_visibility::Occluders;
 
-/// Triangles, and boxes whose inside no point should be in.
+/// Triangles, and boxes in whose inside no point may be.
 #[derive(Default)]
 struct Room {
     positions: Vec<[f32; 3]>,
@@ -53,7 +53,8 @@ impl Room {
         self.triangles[triangle].map(|i| self.positions[i as usize].map(f64::from).into())
     }
 
-    /// Whether a point is within one of the boxes but the first, which is the room, with a margin.
+    /// Returns whether a point is inside one of the boxes, with a margin, apart from the first box,
+    /// which is the room.
     fn is_free(&self, at: DVec3) -> bool {
         self.solids[1..].iter().all(|corners| {
             let corner = |i: usize| DVec3::from(corners[i].map(f64::from));
@@ -68,7 +69,8 @@ impl Room {
     }
 }
 
-/// The sum of what a point receives of all facets, with the default margins and without any.
+/// The sum of the light that a point receives from all facets, with the default margins and without
+/// margins.
 fn sums_of_view_factors(room: &Room, occluders: &Occluders, at: DVec3, normal: DVec3) -> [f64; 2] {
     let estimator: Estimator = "exact".parse().unwrap();
     let point = ShadingPoint::new(
@@ -101,7 +103,8 @@ fn sums_of_view_factors(room: &Room, occluders: &Occluders, at: DVec3, normal: D
     sums
 }
 
-/// A box around boxes: some stand on its floor, some hang in its walls' planes, some stand askew.
+/// A box around boxes. Some of them are on its floor, some have faces in the planes of its walls,
+/// and some are tilted.
 fn room_of_boxes(rng: &mut SplitMix64, count: usize) -> Room {
     let mut room = Room::default();
     let size = DVec3::new(4.0, 3.0, 2.5);
@@ -125,7 +128,7 @@ fn room_of_boxes(rng: &mut SplitMix64, count: usize) -> Room {
     room
 }
 
-/// A box around loose triangles, which go through each other and through its walls.
+/// A box around separate triangles, which intersect each other and the box's walls.
 fn loose_triangles(rng: &mut SplitMix64, count: usize) -> Room {
     let mut room = Room::default();
     room.add_box(DVec3::from);
@@ -137,7 +140,7 @@ fn loose_triangles(rng: &mut SplitMix64, count: usize) -> Room {
     room
 }
 
-/// A place in the room, often so near to a facet that it fills half of what is seen from there.
+/// A point in the room, often so near to a facet that the facet fills half of its view.
 fn place(rng: &mut SplitMix64, room: &Room) -> DVec3 {
     let [lo, hi] = [0, 7].map(|i| DVec3::from(room.solids[0][i].map(f64::from)));
     loop {
@@ -157,14 +160,14 @@ fn place(rng: &mut SplitMix64, room: &Room) -> DVec3 {
     }
 }
 
-/// The view factors from a point to all facets around it add up to one, each facet a light whose
+/// The view factors from a point to all facets around it add up to one. Each facet is a light whose
 /// own triangle is excluded.
 ///
-/// Without margins, of 3,000 points, half of them within a tenth to a millionth of a facet's size
-/// above it, the sums were within 3e-12: rounding of a few 1e-15 for each side of each visible
-/// part. With the default margins light gets past whatever touches a facet, in the last 1e-10 of
-/// the way: with margins of 1e-6, the sums were off by 3e-7 to 3e-6 for up to 3,000 facets, and
-/// what gets past is proportional to the margin, so that it is 3e-10 at most.
+/// Without margins, the sums for 3,000 points were within 3e-12; half of these points were at a
+/// tenth to a millionth of a facet's size above it. The error is rounding of a few 1e-15 for each
+/// side of each visible part. With the default margins, light gets past objects that touch a facet,
+/// in the last 1e-10 of the way. With margins of 1e-6, the sums were off by 3e-7 to 3e-6 for up to
+/// 3,000 facets. This error is proportional to the margin, so that it is 3e-10 at most.
 #[test]
 fn view_factors_to_all_facets_of_a_room_add_up_to_one() {
     let mut rng = rng(40);

@@ -1,4 +1,5 @@
-//! Cylinders: closed forms, thin ones, facets in their place, horizons, and what reaches into one.
+//! Cylinders: closed forms, thin cylinders, facets instead of a cylinder, horizons, and triangles
+//! that reach into one.
 
 use crate::linear_lights::reflections;
 use crate::round::{Rectangle, WIDE, estimates, glossy, matte, nothing, rectangles};
@@ -20,7 +21,7 @@ fn cylinder(p0: [f64; 3], p1: [f64; 3], radius: f64) -> Light {
 
 const VIEW: DVec3 = DVec3::new(-0.6, 0.0, 0.8);
 
-/// A diffuse surface that sees all of a cylinder: no samples, and the mean of points.
+/// A diffuse surface that sees all of a cylinder takes no samples, and has the mean of points.
 #[test]
 fn whole_cylinders_are_in_closed_form() {
     let lights = [
@@ -43,7 +44,8 @@ fn whole_cylinders_are_in_closed_form() {
     }
 }
 
-/// The closed form of a cylinder of this radius along the same axis, and of as many flat facets.
+/// The closed forms of a cylinder of this radius about the axis, and of this many flat facets
+/// instead.
 fn light_of(radius: f64, facets: Option<u32>) -> f64 {
     let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, VIEW, Bsdf::Lambert(matte()));
     let of = |light| {
@@ -70,23 +72,23 @@ fn light_of(radius: f64, facets: Option<u32>) -> f64 {
     (0..facets).map(facet).sum()
 }
 
-/// Facets in its place, by the closed form of polygons, tend to the cylinder as their number
-/// squared.
+/// The light of facets, by the closed form of polygons, converges to the light of the cylinder with
+/// the square of their number.
 #[test]
 fn facets_tend_to_the_cylinder() {
     let want = light_of(0.3, None);
     let error = |n| (light_of(0.3, Some(n)) / want - 1.0).abs();
     let [few, more, most] = [64, 256, 2048].map(error);
-    // A chord is nearer to the axis by 1 − cos(π/n) of the radius, (π/n)²/2, seen from as far as
-    // four radii: no more than twice that, and each step of four sixteen times less to a third,
-    // since the light of facets edge-on comes and goes.
+    // A chord is nearer to the axis by 1 − cos(π/n) of the radius, which is (π/n)²/2, seen from a
+    // distance of four radii. The error is at most twice that, and each step of four reduces it
+    // sixteen times, to a third of that factor, since facets edge-on appear and disappear.
     for (n, error) in [(64.0, few), (256.0, more), (2048.0, most)] {
         assert!(error < 10.0 / (n * n), "{n}: {error}");
     }
     assert!(most < 3e-6 && most > 0.0, "{few} {more} {most}");
 }
 
-/// As the radius goes to zero, a cylinder is a linear light of the same power.
+/// As the radius goes to zero, a cylinder becomes a linear light of the same power.
 #[test]
 fn thin_cylinders_are_linear_lights() {
     let segment = Segment::new([-0.5, 0.3, 1.5].into(), [0.7, 0.4, 1.6].into());
@@ -107,7 +109,7 @@ fn thin_cylinders_are_linear_lights() {
             let [(want, _), (got, _)] =
                 [&line, &round].map(|l| estimates(&nothing(), l, &point, "exact", 64, 0..16));
             let error = (got.mean() / want.mean() - 1.0).abs();
-            // What is seen of the side is nearer by up to R/ρ, and its middle more than its rim.
+            // The visible side is nearer by up to R/ρ, and its middle more than its rim.
             assert!(error < radius && error < last, "{radius}: {error}");
             last = error;
         }
@@ -131,8 +133,8 @@ const TEXTS: [&str; 13] = [
     "line-area+point-projected-solid-angle[mis=optimal]",
 ];
 
-/// What stands before or in a cylinder 1.5 above along y, of radius 0.5, and whether one shaft
-/// tells: its outline is at 1.333, its nearest line at 1.
+/// Occluders in front of or in a cylinder 1.5 above along y, with the radius 0.5, and whether one
+/// shaft can answer for it. The outline of the cylinder is at 1.333, and its nearest line at 1.
 const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ("before it", &[([0.1, 3.0], WIDE, 0.75)], true),
     (
@@ -159,8 +161,8 @@ const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ),
 ];
 
-/// Whatever is inside a cylinder or cuts into it, every estimator gives the light of points by area
-/// with a ray to each.
+/// No matter which triangles are inside a cylinder or cut into it, every estimator gives the light
+/// of points by area with a ray each.
 #[test]
 fn what_reaches_into_a_cylinder_hides_as_rays_say() {
     let light = cylinder([0.1, -0.8, 1.5], [0.1, 0.6, 1.5], 0.5);
@@ -194,7 +196,7 @@ fn what_reaches_into_a_cylinder_hides_as_rays_say() {
     }
 }
 
-/// Where the horizon cuts cylinders along and across, and from inside the endless one.
+/// The horizon cuts cylinders along and across their axes; and the point is inside an endless one.
 #[test]
 fn horizons_cut_cylinders() {
     let tilted = DVec3::new(0.5, 0.0, 0.8).normalize();

@@ -1,4 +1,5 @@
-//! What is visible past thousands of triangles, against all of them.
+//! The visible part of a light past thousands of triangles is compared with a computation by all of
+//! them.
 
 use crate::penumbrae::rough;
 use linelit_bsdf::{Bsdf, Lambert};
@@ -30,7 +31,7 @@ impl Mesh {
         self.1.push(corners);
     }
 
-    /// The quads of a grid of places.
+    /// The quads of a grid of points.
     fn grid(&mut self, [rows, columns]: [u32; 2], at: impl Fn(u32, u32) -> DVec3) {
         let places: Vec<Vec<u32>> = (0..=rows)
             .map(|i| (0..=columns).map(|j| self.vertex(at(i, j))).collect())
@@ -54,7 +55,7 @@ impl Mesh {
         });
     }
 
-    /// A wavy sheet across the shaft, with a gap of that width in its middle.
+    /// A wavy sheet across the shaft, with a gap of this width in its middle.
     fn curtain(&mut self, height: f64, gap: f64, cells: u32) {
         for side in [-1.0, 1.0] {
             self.grid([cells, cells], |i, j| {
@@ -93,7 +94,7 @@ fn mesh(make: &mut dyn FnMut(&mut Mesh)) -> Mesh {
     mesh
 }
 
-/// Such as are known by their silhouettes, alone and among others.
+/// Meshes of which silhouettes are used, alone and among other triangles.
 fn fine_meshes(rng: &mut SplitMix64) -> Vec<(&'static str, Mesh)> {
     let mut all = Vec::new();
     let mut add = |what, make: &mut dyn FnMut(&mut Mesh)| all.push((what, mesh(make)));
@@ -131,7 +132,8 @@ fn fine_meshes(rng: &mut SplitMix64) -> Vec<(&'static str, Mesh)> {
     all
 }
 
-/// Open, closed, cut and branching ones, twice in one place and on one plane, through each other.
+/// Meshes that are open, closed, cut or branching, that occur twice at one position or in one
+/// plane, or that intersect each other.
 fn meshes() -> Vec<(&'static str, Mesh)> {
     let mut rng = cases::rng(16);
     let mut all = fine_meshes(&mut rng);
@@ -173,7 +175,7 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
     all
 }
 
-/// A square light over the origin, a triangle and a hexagon.
+/// A square light above the origin, a triangle and a hexagon.
 fn lights() -> Vec<Vec<DVec3>> {
     let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
     let hexagon = (0..6).map(|k| {
@@ -187,8 +189,8 @@ fn lights() -> Vec<Vec<DVec3>> {
     ]
 }
 
-/// Height above the light's plane as a share of the way there, and where on it: in coordinates of
-/// our own, along x and y.
+/// A corner as its height on the way to the light's plane, as a fraction, and the point of that
+/// plane that it hides, in coordinates of our own along x and y.
 fn images(mesh: &Mesh, point: DVec3) -> Vec<[Point; 3]> {
     let height = 2.0 - point.z;
     let mut out = Vec::new();
@@ -209,7 +211,7 @@ fn images(mesh: &Mesh, point: DVec3) -> Vec<[Point; 3]> {
                     piece.push(a);
                 }
                 if (ha >= 0.0) != (hb >= 0.0) {
-                    // From the same end for both triangles of an edge.
+                    // Begin at the same end for both triangles of an edge.
                     let (a, b, ha, hb) = if ha >= 0.0 {
                         (a, b, ha, hb)
                     } else {
@@ -230,7 +232,7 @@ fn images(mesh: &Mesh, point: DVec3) -> Vec<[Point; 3]> {
     out
 }
 
-/// The light of a boundary relative to the point, per radiance and albedo.
+/// The light within a boundary relative to the point, for a radiance and an albedo of one.
 fn irradiance(pieces: &[BoundaryEdge], height: f64) -> f64 {
     let plane = [DVec3::Z * height, DVec3::X, DVec3::Y];
     let edges = pieces.iter().map(|edge| [edge.from, edge.to]);
@@ -246,8 +248,8 @@ fn sets() -> Vec<InstructionSet> {
     all.into_iter().filter(|set| set.is_available()).collect()
 }
 
-/// What `exact` makes of a light at a white point that looks up, past each of the occluders: in
-/// closed form, and the same bits.
+/// Estimates a light by `exact` at a white point that looks up, past each of the occluders. All
+/// must be integrated in closed form, with the same bits.
 fn exact(what: &str, sets: &[Occluders], light: &Light, x: DVec3, buffers: &mut Buffers) -> f64 {
     let bsdf = Bsdf::Lambert(Lambert { albedo: DVec3::ONE });
     let point = ShadingPoint::new(x, DVec3::Z, DVec3::Z, bsdf);
@@ -274,8 +276,8 @@ fn occluders(mesh: &Mesh) -> Vec<Occluders> {
     sets().into_iter().map(build).collect()
 }
 
-/// How far `exact` is from the light as it is past the images of all triangles by plain `f64`, in
-/// units of the light unshadowed, and what it is; `None` if the shaft is not dense.
+/// The difference between `exact` and the light past the images of all triangles by plain `f64`, in
+/// units of the unshadowed light, together with that light; `None` if the shaft is not dense.
 fn error_at(
     (what, mesh, sets): (&str, &Mesh, &[Occluders]),
     corners: &[DVec3],
@@ -295,15 +297,15 @@ fn error_at(
     let mut all = Penumbra::default();
     let whole = irradiance(all.boundary(&flat, std::iter::empty()), 2.0);
     let want = irradiance(all.boundary(&flat, images(mesh, x).into_iter()), 2.0);
-    // Lambert's factor of 1/π is in neither.
+    // Neither value has Lambert's factor of 1/π.
     let error = (got * PI - want).abs() / whole;
     assert!(error < 1e-9, "{what} at {x}: {got}, {error:e}");
     Some((error, want))
 }
 
-/// On every mesh, before every light, at points from which it is seen in part or not at all: the
-/// light as it is past the images of all triangles by plain `f64`, to 1e-9 of the light
-/// unshadowed; the same bits on all instruction sets, and whatever the buffers were used for.
+/// For every mesh and every light, at points from which it is partly or wholly hidden, the light is
+/// the light past the images of all triangles by plain `f64`, to 1e-9 of the unshadowed light. The
+/// bits are the same on all instruction sets and for all earlier uses of the buffers.
 #[test]
 fn light_past_thousands_of_triangles() {
     let (mut dense, mut hidden) = (0, 0);
@@ -324,8 +326,9 @@ fn light_past_thousands_of_triangles() {
     assert!(dense > 100 && hidden > 10, "{hidden} of {dense}");
 }
 
-/// The same past fine meshes at random: of all sizes, through each other and through the planes of
-/// light and point, some of them twice, in one place or all but, among leaves and slats.
+/// The same holds past random fine meshes: of all sizes, intersecting each other and the planes of
+/// the light and the point, some of them twice at the same or almost the same position, among
+/// leaves and slats.
 #[test]
 fn light_past_fine_meshes_at_random() {
     let mut rng = cases::rng(19);
@@ -372,7 +375,7 @@ fn light_past_fine_meshes_at_random() {
 }
 
 /// Combinations on a rough surface past dense shafts of fine meshes have the mean of points, and
-/// less than a thousandth of their variance where they take the closed form past silhouettes.
+/// less than a thousandth of their variance where they use the closed form past silhouettes.
 #[test]
 fn combinations_past_silhouettes_are_right() {
     let corners = &lights()[0];
@@ -412,7 +415,7 @@ fn combinations_past_silhouettes_are_right() {
     assert!(buffers.counts.plan.exact_penumbrae == 512);
 }
 
-/// Estimates of light from a point by 512 seeds, with so many samples each.
+/// Estimates of light from a point by 512 seeds, with this many samples each.
 fn estimates(
     (name, samples): (&str, u32),
     occluders: &Occluders,
@@ -430,10 +433,10 @@ fn estimates(
     (0..512).map(one).collect()
 }
 
-/// Past a wall with a hole, `exact` on reflections without a closed form has the mean of points of
-/// the area: where the hole is on the narrow lobe, beside it, or as wide as the light. What it
-/// draws is drawn on what is visible: it has a small part of the variance of as many points of the
-/// whole light; the less where a few samples ahead tell how far transformed cosines fit.
+/// Past a wall with a hole, `exact` on reflections without a closed form has the mean of points by
+/// area. The hole is on the narrow lobe, next to it, or as wide as the light. Samples are drawn on
+/// the visible part, so that their variance is a small fraction of the variance of as many points
+/// of the whole light. It is smaller still if a few pilot samples show how well LTCs fit.
 #[test]
 fn differences_are_drawn_on_what_is_visible() {
     let corner = DVec3::new(-1.0, -1.0, 2.0);
@@ -444,11 +447,12 @@ fn differences_are_drawn_on_what_is_visible() {
     let source = LightSource::new(&light);
     let mut buffers = Buffers::default();
     let tests = [
-        // Variance with 16 and 64 samples over that of points: 8e-7, 4e-7; 3e-7, 1e-7; 1e-10.
+        // The variances with 16 and 64 samples, relative to points, are 8e-7, 4e-7; 3e-7, 1e-7;
+        // 1e-10.
         (0.05, [0.3, 0.2], 0.02, [1e-5; 2]),
         (0.05, [0.25, 0.2], 0.02, [1e-5; 2]),
         (0.05, [-0.3, 0.1], 0.02, [1e-9; 2]),
-        // 1e-9, 3e-11, and 8e-10 if none goes ahead; 1e-4 and 2e-5 of wide holes.
+        // They are 1e-9, 3e-11, and 8e-10 without pilot samples; 1e-4 and 2e-5 for wide holes.
         (0.3, [0.3, 0.2], 0.02, [1e-8, 2e-10]),
         (0.05, [0.2, 0.1], 0.3, [1e-2; 2]),
         (0.3, [0.0, 0.0], 0.4, [1e-2; 2]),
@@ -478,7 +482,7 @@ fn differences_are_drawn_on_what_is_visible() {
         let mut estimates =
             |name, samples| estimates((name, samples), &occluders, &source, &point, &mut buffers);
         let want = estimates("point-area", 4096);
-        // Of 64, some go ahead.
+        // Of 64 samples, some are pilot samples.
         for (samples, most) in [16, 64].into_iter().zip(most) {
             let got = estimates("exact", samples);
             let z = z_score_two(&got, &want);

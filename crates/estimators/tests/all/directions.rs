@@ -1,4 +1,4 @@
-//! Which direction of lines suits a light.
+//! The probe finds the best direction of lines for a light.
 
 use crate::penumbrae::rough;
 use linelit_bsdf::{Bsdf, Lambert};
@@ -10,7 +10,7 @@ use linelit_samplers::SamplerKind;
 use linelit_testkit::ztest::Welford;
 use linelit_visibility::Occluders;
 
-/// A polygon two units above, facing down, whose first edge runs along y.
+/// A polygon two units above that faces down, and whose first edge is along y.
 fn light(corners: &[[f64; 2]]) -> Light {
     let corners: Vec<DVec3> = corners
         .iter()
@@ -27,7 +27,7 @@ fn square() -> Light {
     light(&[[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])
 }
 
-/// Halfway up, everything beyond an edge in direction `angle` that passes near the middle.
+/// A half plane halfway up, beyond an edge in the direction `angle` that passes near the middle.
 fn half_plane(angle: f32) -> Occluders {
     let (sin, cos) = angle.sin_cos();
     let at = |along: f32, across: f32| {
@@ -42,7 +42,7 @@ fn half_plane(angle: f32) -> Occluders {
 }
 
 /// The direction that a probe finds from some points, and the variances of `line-analytic` with 16
-/// lines: as it is by default after that, and at each of the directions in `fractions`.
+/// lines: first in that direction, then in each of the directions in `fractions`.
 fn probed(light: &Light, occluders: &Occluders, fractions: &[f64]) -> (Option<f64>, Vec<f64>) {
     let Light::Area(area) = light else {
         unreachable!("an area light")
@@ -63,7 +63,7 @@ fn probed(light: &Light, occluders: &Occluders, fractions: &[f64]) -> (Option<f6
         probe.look(&query, area, &mut buffers);
         probe.look_along_lines(&query, area, &mut buffers);
     }
-    // Narrow lobes that mirror a part of the light at fewer points do not count.
+    // Narrow lobes, which mirror a part of the light at fewer points, do not count.
     for point in &points[1..] {
         let point = ShadingPoint::new(point.position, DVec3::Z, DVec3::Z, rough(0.01));
         let query = Query::<_, NoTexture>::new(occluders, &source, &point, &lines, numbers(0), 1);
@@ -87,9 +87,9 @@ fn probed(light: &Light, occluders: &Occluders, fractions: &[f64]) -> (Option<f6
     (source.occlusion.direction, variances)
 }
 
-/// Lines across an edge of the shadow see a smooth change, lines along it a jump: across it is,
-/// along the other edge of the light where the shadow's is parallel to one, and of a shadow whose
-/// edge is parallel to a diagonal along the other diagonal or an edge.
+/// Lines across an edge of the shadow see a smooth change, and lines along it see a jump. So the
+/// best direction is across that edge: along the light's other edge if the shadow's edge is
+/// parallel to one, and along the other diagonal or an edge if it is parallel to a diagonal.
 #[test]
 fn lines_run_across_the_shadow_of_an_edge() {
     let quarter = std::f32::consts::FRAC_PI_4;
@@ -103,8 +103,8 @@ fn lines_run_across_the_shadow_of_an_edge() {
         let (found, variances) = probed(&square(), &half_plane(angle), &directions);
         let found = found.expect("something is hidden");
         assert!((found - along).abs() > 0.2, "{angle}: {found}");
-        // 64 · 7 estimates: the standard error of a ratio of variances is about √(4/448) = .095
-        // where they are normal; twice that for what is not.
+        // With 64 · 7 estimates, the standard error of a ratio of variances is about √(4/448) =
+        // .095 for normal distributions, and twice that for others.
         let best = variances[1..].iter().copied().fold(f64::INFINITY, f64::min);
         assert!(variances[0] < 1.4 * best, "{angle}: {found}, {variances:?}");
         let worst = variances[1..].iter().copied().fold(0.0, f64::max);
@@ -112,7 +112,8 @@ fn lines_run_across_the_shadow_of_an_edge() {
     }
 }
 
-/// Of a triangle edges are compared, of a pentagon its first edge and even angles to it.
+/// For a triangle, edges are compared; for a pentagon, its first edge and directions at even angles
+/// to it.
 #[test]
 fn any_polygon_has_directions() {
     let triangle = light(&[[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.0]]);
@@ -136,7 +137,7 @@ fn any_polygon_has_directions() {
     }
 }
 
-/// Nothing is known where nothing is between: then the direction is random.
+/// If no occluder is in between, no direction is known, and it is random.
 #[test]
 fn an_open_light_has_no_direction() {
     let (found, _) = probed(&square(), &Occluders::default(), &[]);

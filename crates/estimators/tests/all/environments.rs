@@ -1,5 +1,6 @@
-//! Images of all directions over a diffuse surface: what estimators find is the sum over the pixels
-//! of what lookups return, times the cosine; narrow suns and wide skies, each mapping and filter.
+//! Images of all directions over a diffuse surface: the light that estimators find is the sum over
+//! the pixels of the values of lookups times the cosine, for narrow suns and wide skies, each
+//! mapping and each filter.
 
 use crate::round::{estimates, matte, nothing};
 use linelit_bsdf::Bsdf;
@@ -26,16 +27,15 @@ const TEXTS: [&str; 4] = [
 /// The reflection of `matte` times π.
 const ALBEDO: f64 = 0.5;
 
-/// What the pixels of a sky are, by the size of its image: a background, and pixels of another
-/// value.
+/// The pixels of a sky, for a size of its image: a background, and some pixels of other values.
 #[derive(Clone, Debug)]
 struct Pixels {
     size: [usize; 2],
     even: f32,
-    /// Column, row and value added.
+    /// Column, row, and the value that is added.
     bright: Vec<[usize; 2]>,
     value: f32,
-    /// Random pixels in place of a background.
+    /// Random pixels instead of a background.
     is_random: bool,
 }
 
@@ -54,15 +54,15 @@ impl Pixels {
         values
     }
 
-    /// Whether uniform directions meet all of it often.
+    /// Whether uniform directions often meet the bright part.
     fn is_wide(&self) -> bool {
         self.bright.is_empty()
     }
 }
 
-/// Seven skies: even, random of few and of many pixels, one pixel next to the pole, one at the
-/// seam, a sun of two by two pixels in an even sky, and one pixel of many, next to the seam and the
-/// pole.
+/// Seven skies: uniform; random with few and with many pixels; one pixel next to the pole; one at
+/// the seam; a sun of two by two pixels in a uniform sky; and one pixel of many, next to the seam
+/// and the pole.
 fn skies(mapping: SkyMapping) -> [Pixels; 7] {
     let is_flat = mapping == SkyMapping::EqualArea;
     let of = |wide: [usize; 2], square: usize| if is_flat { [square; 2] } else { wide };
@@ -105,8 +105,9 @@ fn skies(mapping: SkyMapping) -> [Pixels; 7] {
     ]
 }
 
-/// From directions of the world, whose z is the surface's normal, to those of the image: as it is,
-/// turned a little and much, reflected, and with the image's pole next to the horizon.
+/// Maps from directions of the world, whose z is the surface's normal, to directions of the image:
+/// the identity, a small and a large rotation, a reflection, and one with the image's pole next to
+/// the horizon.
 fn frames() -> [DMat3; 5] {
     let axis = DVec3::new(0.6, 0.0, 0.8);
     let turn = |angle| DMat3::from_axis_angle(axis, angle);
@@ -129,7 +130,7 @@ struct Reference<'a> {
 }
 
 impl Reference<'_> {
-    /// The direction of the world at a position in the image, and the solid angle by area there.
+    /// The direction in the world at a position in the image, and the solid angle per area there.
     fn at(&self, x: f64, y: f64) -> (DVec3, f64) {
         let (w, solid_angle) = match self.mapping {
             SkyMapping::EqualArea => (square_to_sphere([x, y]), 4.0 * PI),
@@ -141,8 +142,9 @@ impl Reference<'_> {
         (self.to_world * w, solid_angle)
     }
 
-    /// The integral of (radiance − `even`) times the cosine above the horizon over a rectangle in
-    /// which lookups are smooth: halved along both sides, a few times, where the horizon cuts it.
+    /// The integral of (radiance − `even`) times the cosine above the horizon, over a rectangle in
+    /// which lookups are smooth. Where the horizon cuts the rectangle, it is halved along both
+    /// sides a few times.
     fn integral(&self, [x, y]: [[f64; 2]; 2], even: f64, halvings: u32) -> f64 {
         let corners = [0, 1, 2, 3].map(|k| self.at(x[k % 2], y[k / 2]).0.z > 0.0);
         let is_cut = corners.contains(&true) && corners.contains(&false);
@@ -159,8 +161,8 @@ impl Reference<'_> {
     }
 }
 
-/// The irradiance of the surface with the normal z: π times the background, and integrals over
-/// rectangles of half a pixel, or less, wherever the image may be brighter.
+/// The irradiance of the surface with the normal z: π times the background, plus integrals over
+/// rectangles of half a pixel or less, wherever the image may be brighter.
 fn irradiance(image: &SkyImage, mapping: SkyMapping, of: &Pixels, to_image: DMat3) -> f64 {
     let reference = Reference {
         image,
@@ -170,14 +172,14 @@ fn irradiance(image: &SkyImage, mapping: SkyMapping, of: &Pixels, to_image: DMat
     };
     let intervals = |axis: usize| {
         let size = of.size[axis];
-        // At least 16 of them, for the mapping's functions.
+        // Take at least 16 of them, because of the functions of the mapping.
         let parts = 2 * 8_usize.div_ceil(size);
         let cut = move |k: usize| k as f64 / (size * parts) as f64;
         let all = (0..size * parts).map(move |k| [cut(k), cut(k + 1)]);
         let is_near = move |[from, to]: &[f64; 2]| {
             let middle = 0.5 * (from + to) * size as f64;
             let apart = |at: &[usize; 2]| (middle - at[axis] as f64 - 0.5).abs();
-            // Interpolation reaches one pixel far, and on from one border to the opposite one.
+            // Interpolation extends over one pixel, and from one border to the opposite one.
             size <= 64
                 || of
                     .bright
@@ -197,7 +199,7 @@ fn irradiance(image: &SkyImage, mapping: SkyMapping, of: &Pixels, to_image: DMat
             .sum::<f64>()
 }
 
-/// The irradiance by directions that are uniform over the hemisphere, in strata.
+/// The irradiance by directions that are uniform over the hemisphere, stratified.
 fn by_uniform_directions(image: &SkyImage, batches: u32) -> Welford {
     const SIDE: u32 = 16;
     let mut rng = SplitMix64::new(23);
@@ -214,7 +216,7 @@ fn by_uniform_directions(image: &SkyImage, batches: u32) -> Welford {
     (0..batches).map(&mut batch).collect()
 }
 
-/// Every sky, mapping, frame and estimator.
+/// All skies, mappings, frames and estimators.
 fn check(frames: &[DMat3], seeds: u64) {
     let forms = [
         (SkyMapping::Equirectangular, SkyFilter::Linear),
@@ -254,13 +256,13 @@ fn check(frames: &[DMat3], seeds: u64) {
                     },
                 });
                 for mut text in TEXTS {
-                    // Directions by the surface hardly meet a narrow sun.
+                    // Directions from the BSDF hardly ever meet a narrow sun.
                     if text == "point-bsdf" && !of.is_wide() {
                         text = "point-area+point-bsdf[mis=power]";
                     }
                     let (got, _) = estimates(&nothing(), &light, &surface, text, 16, 0..seeds);
                     let want = 3.0 * want * ALBEDO * FRAC_1_PI;
-                    // Without noise but rounding, where there is nothing to vary.
+                    // There is no noise but rounding where the integrand is constant.
                     let z = (got.mean() - want) / got.standard_error().max(1e-12 * want);
                     let is_good = if want > 0.0 {
                         z.abs() < bound
@@ -285,8 +287,8 @@ fn environments_are_the_sums_of_their_pixels_in_all_frames() {
     check(&frames(), 4000);
 }
 
-/// A sun that the horizon cuts lights the surface by what is above: an integral over elevations of
-/// the width of the sun at each.
+/// A sun that the horizon cuts lights the surface by its part above: the expected value is an
+/// integral over elevations of the sun's width at each.
 #[test]
 fn suns_set_gradually() {
     let surface = ShadingPoint::new(
@@ -310,7 +312,7 @@ fn suns_set_gradually() {
             let highest = (elevation + half_angle).min(0.5 * PI);
             let want = gauss_kronrod(width, 0.0, highest, 1e-9).value * 3.0 * ALBEDO * FRAC_1_PI;
             for text in TEXTS {
-                // Directions by the surface hardly meet what is next to the horizon.
+                // Directions from the BSDF hardly ever meet a sun next to the horizon.
                 let samples = if text == "point-bsdf" { 256 } else { 16 };
                 let (got, _) = estimates(&nothing(), &light, &surface, text, samples, 0..1000);
                 let z = got.z_score(want);

@@ -1,4 +1,4 @@
-//! Lines of light on reflections that have no closed form: quadrature to 1e-6.
+//! Linear lights on reflections without a closed form: quadrature is good to 1e-6.
 
 use crate::round::{Rectangle, estimates, nothing, rectangles};
 use linelit_bsdf::microfacet::TrowbridgeReitz;
@@ -15,7 +15,8 @@ use linelit_testkit::ztest::{critical_z, z_score};
 use proptest::prelude::*;
 use std::f64::consts::TAU;
 
-/// What is promised of `exact` and its like along lines, relative to the sum over the channels.
+/// The promised error of `exact` and similar estimators along lines, relative to the sum over the
+/// channels.
 const PROMISED: f64 = 1e-6;
 
 /// A diffuse part and lobes.
@@ -61,8 +62,8 @@ fn phong(exponent: f64) -> Lobe {
     Lobe::Phong(Phong { specular, exponent })
 }
 
-/// Reflections with kinks (rough diffuse, coated, a wide lobe of Phong's), with peaks, and rough in
-/// one direction alone.
+/// Reflections with kinks (rough diffuse, coated, a wide Phong lobe), with peaks, and rough in one
+/// direction alone.
 pub(crate) fn reflections() -> [Bsdf; 10] {
     [
         layers(0.0, &[rough_diffuse(0.35)]),
@@ -78,7 +79,7 @@ pub(crate) fn reflections() -> [Bsdf; 10] {
     ]
 }
 
-/// A viewer, a shading normal and a line of light, with what hides part of it.
+/// A viewer, a shading normal and a linear light, with occluders that hide a part of it.
 struct Case {
     outgoing: DVec3,
     normal: DVec3,
@@ -88,8 +89,8 @@ struct Case {
     parts: &'static [[f64; 2]],
 }
 
-/// In all, kinks of rough diffuse reflections are on the light: where it crosses the plane of
-/// viewer and normal, or the cone of directions as steep as the viewer's.
+/// In all cases, kinks of rough diffuse reflections are on the light: where it crosses the plane of
+/// viewer and normal, or the cone of directions that are as steep as the viewer's.
 fn some_cases() -> [Case; 4] {
     let line = |p0: [f64; 3], p1: [f64; 3]| Segment::new(p0.into(), p1.into());
     [
@@ -108,7 +109,7 @@ fn some_cases() -> [Case; 4] {
             occluder: Some(([-0.125, 0.25], [-1.0, 1.0], 0.5)),
             parts: &[[0.0, 0.375], [0.75, 1.0]],
         },
-        // A viewer near the horizon, below which a fourth of the line is.
+        // The viewer is near the horizon, and a fourth of the line is below it.
         Case {
             outgoing: DVec3::new(-0.5, 0.87, 0.05).normalize(),
             normal: DVec3::Z,
@@ -116,7 +117,7 @@ fn some_cases() -> [Case; 4] {
             occluder: None,
             parts: &[[0.25, 1.0]],
         },
-        // The shading normal sees x < 4/3 z: all but the last third.
+        // The shading normal sees x < 4/3 z, which is all but the last third.
         Case {
             outgoing: DVec3::new(0.1, 0.3, 0.8).normalize(),
             normal: DVec3::new(-0.6, 0.0, 0.8),
@@ -130,7 +131,8 @@ fn some_cases() -> [Case; 4] {
 /// ∫ f cos 2h/r³ dt along a part of a line, summed over the channels, as 2/h ∫ f cos sin ψ dφ over
 /// the angle φ along the line: ψ is the angle between line and direction, h the line's distance.
 ///
-/// On each of so many equal parts to 1e-10; none of the code under test but the reflection.
+/// The integral is computed on each of this many equal parts to 1e-10, without any tested code but
+/// the reflection.
 fn by_many_parts(point: &ShadingPoint, line: &Segment, parts: u32) -> f64 {
     let (p, e) = (line.p0, line.vector());
     let (a, b) = (p.normalize(), line.p1.normalize());
@@ -147,8 +149,8 @@ fn by_many_parts(point: &ShadingPoint, line: &Segment, parts: u32) -> f64 {
     (0..parts).map(of).sum::<f64>() * (2.0 / (foot * e.length()))
 }
 
-/// Holds `exact` and `hybrid` to quadrature, whatever the number of samples, and so many points to
-/// them: z tests at α = 1e-4 for all together, by Šidák.
+/// Compares `exact` and `hybrid` with quadrature, for any number of samples, and points with
+/// quadrature: by z tests at α = 1e-4 for all together, after Šidák.
 fn hold(samples: u32, times: u64) {
     let (reflections, cases) = (reflections(), some_cases());
     let bound = critical_z(sidak(1e-4, reflections.len() * cases.len()));
@@ -201,11 +203,11 @@ fn direction() -> impl Strategy<Value = DVec3> {
 }
 
 proptest! {
-    // Long runs reject more than the 1,024 lines that are allowed below the horizon.
+    // Long runs reject more than the 1,024 lines that may be below the horizon.
     #![proptest_config(ProptestConfig { cases: cases(96), max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
-    /// Lobes as narrow as 1e-4, also along one axis only: of all lines, half pass near the mirror
-    /// direction.
+    /// Lobes as narrow as 1e-4, some of them along one axis only. Half of all lines pass near the
+    /// mirror direction.
     #[test]
     fn quadrature_finds_every_kink_and_peak(
         model in 0u8..5,
@@ -234,7 +236,7 @@ proptest! {
         let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, wo, Bsdf::Layers(layers));
         let light = Light::Linear(LinearLight { segment: line, radiance_radius: DVec3::ONE });
         let got = estimates(&nothing(), &light, &point, "line-analytic", 1, 0..1).0.mean();
-        // Of 4,096 parts each node sees what is as narrow as α cos_o = 2e-6.
+        // With 4,096 parts, the nodes of each part resolve lobes as narrow as α cos_o = 2e-6.
         let want = by_many_parts(&point, &line, 4096);
         let error = (got / want - 1.0).abs();
         prop_assert!(error < PROMISED, "{error:e}: {got} for {want}");

@@ -1,4 +1,5 @@
-//! Estimators against each other, and their texts.
+//! Tests of the estimators: they are compared with each other and with quadrature, and their texts
+//! are parsed and printed.
 
 mod agreement;
 mod closure;

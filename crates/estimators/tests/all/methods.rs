@@ -1,4 +1,4 @@
-//! The method that an estimator says is the one that it follows.
+//! The method that an estimator announces is the method that it uses.
 
 use crate::agreement::{Image, Opaque, gaussians, lights, materials, means, occluders};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
@@ -15,7 +15,7 @@ use linelit_samplers::SamplerKind;
 use linelit_visibility::{Occluders, ShaftClass};
 use std::mem;
 
-/// A light without a surrounding.
+/// A light without occluders.
 fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
     LightSource {
         profile: None,
@@ -26,7 +26,8 @@ fn source((light, texture): &(Light, Option<Image>)) -> LightSource<'_, Image> {
     }
 }
 
-/// The shaft between the point and the lights of [`occluders`], without and with a blocker.
+/// The shaft between the point and the lights of [`occluders`], without and with an occluder that
+/// blocks it.
 fn between(blocked: bool) -> ShaftAnswer {
     ShaftAnswer {
         class: if blocked {
@@ -40,7 +41,7 @@ fn between(blocked: bool) -> ShaftAnswer {
     }
 }
 
-/// A technique with its estimates of one light; `[mis=balance]` where it is a combination of one.
+/// A technique with its estimates of one light, with `[mis=balance]` if it is a combination of one.
 struct Cell {
     text: String,
     said: String,
@@ -50,19 +51,19 @@ struct Cell {
     noise: f64,
 }
 
-/// More is noise, less rounding.
+/// A larger relative deviation is noise, a smaller one is rounding.
 const NONE: f64 = 1e-9;
 
-/// Samples of each estimate.
+/// The number of samples of each estimate.
 const SAMPLES: u32 = 15;
 
-/// Every technique, alone if it can, and as a combination of one.
+/// Every technique, alone if that is possible, and as a combination of one.
 fn estimates<R: Reflection>(
     point: &ShadingPoint<R>,
     light: &(Light, Option<Image>),
     (occluders, blocked): (&Occluders, bool),
 ) -> Vec<Cell> {
-    // Some have directions of their own, unless one is asked for.
+    // Some techniques have directions of their own, unless one is given.
     let texts = Technique::all().flat_map(|technique| {
         let (name, direction) = match technique {
             Technique::Points(_) => (technique.name(), ""),
@@ -90,15 +91,15 @@ fn estimates<R: Reflection>(
     texts.filter_map(cell).collect()
 }
 
-/// Estimators that say the same method give the same numbers; a method that says that it has no
-/// noise has none, and others have some, unless nothing is in between.
+/// Estimators that announce the same method give the same numbers. A method that announces no noise
+/// has none, and other methods have noise unless there are no occluders.
 fn hold<R: Reflection>(expected: &str, bsdf: R) {
     let wo = DVec3::new(-0.6, 0.0, 0.8);
     let point = ShadingPoint::new(DVec3::X * 0.25, DVec3::Z, wo, bsdf);
     let known = KnownKind::of(&point);
     let listed = KnownKind::ALL.iter().find(|(name, _)| *name == expected);
     let listed = listed.expect("a name").1;
-    // What lobes cost depends on their exponents.
+    // The cost of lobes depends on their exponents.
     let kind = |known: &KnownKind| mem::discriminant(&known.closed);
     assert_eq!(kind(&known), kind(&listed));
     assert_eq!(known.has_cosines, listed.has_cosines);
@@ -158,8 +159,8 @@ fn what_is_said_is_done() {
     hold("nothing known", Opaque(of("plastic")));
 }
 
-/// The facts of queries: of the light, of the reflection where the estimator asks for it, and by
-/// which density points are best, which is by area where the light is far away.
+/// The facts of queries are facts of the light; of the reflection, if the estimator uses it; and
+/// the best density of points, which is by area if the light is far away.
 #[test]
 fn facts_are_those_of_the_query() {
     let bsdf = materials().into_iter().find(|(name, _)| *name == "plastic");
@@ -201,7 +202,7 @@ fn facts_are_those_of_the_query() {
     }
 }
 
-/// The work of one estimate.
+/// The counters of one estimate.
 fn counted<R: Reflection>(
     bsdf: R,
     light: &(Light, Option<Image>),
@@ -218,8 +219,8 @@ fn counted<R: Reflection>(
     buffers.counts.plan
 }
 
-/// `exact` counts the lights past occluders that it hands to lines and points, whatever the reason;
-/// and where all samples are taken, no light counts as one of which visibility is not sampled.
+/// `exact` counts the lights past occluders for which it uses lines and points, for any reason. If
+/// all samples are taken, no light is counted as one without visibility samples.
 #[test]
 fn what_is_not_integrated_is_counted() {
     let matte = || {
@@ -238,13 +239,13 @@ fn what_is_not_integrated_is_counted() {
             let lines = ("line-area", skip);
             counted(matte(), light, lines, &occluders(false)).unoccluded
         });
-        // Round lights have no lines, and ask for no shaft.
+        // Round lights have no lines, and build no shaft.
         let has_shaft = !matches!(kind, LightKind::Sphere | LightKind::Disk);
         assert_eq!(skipped, [u64::from(has_shaft), 0], "{kind}");
     }
 }
 
-/// One of 64 combinations of what a method may depend on beside light and reflection.
+/// One of 64 combinations of what a method may depend on apart from light and reflection.
 fn situation(case: u32, light: LightKind, known: KnownKind) -> (MethodFacts<'static>, ShaftAnswer) {
     let is = |bit: u32| case >> bit & 1 == 1;
     let between = ShaftAnswer {
@@ -261,9 +262,9 @@ fn situation(case: u32, light: LightKind, known: KnownKind) -> (MethodFacts<'sta
     (facts, between)
 }
 
-/// Every estimator on every light and reflection: a region is integrated by a shaft alone, where it
-/// can be found, and the regions of round lights, which may turn out too narrow, leave samples of
-/// all of the light to take.
+/// For every estimator, light and reflection: a visible region is only integrated with a shaft, and
+/// only if it can be found. Methods with the region of a round light, which may be too narrow, have
+/// samples of the whole light that replace it.
 #[test]
 fn what_a_method_integrates_can_be_integrated_or_has_samples_in_its_place() {
     let names = Technique::all().map(|technique| technique.name());

@@ -1,6 +1,6 @@
-//! All estimators against points, on random nasty scenes: lights of all kinds and sizes, all
-//! reflections, and occluders that touch the light or the shading point, lie in the light's plane,
-//! cover each other, or are closed and inside out.
+//! All estimators are compared with points on random nasty scenes: lights of all kinds and sizes,
+//! all reflections, and occluders that touch the light or the shading point, lie in the light's
+//! plane, cover each other, or are closed and inside out.
 
 use crate::agreement::{Image, Opaque, gaussians, materials};
 use linelit_bsdf::{Bsdf, Lambert, Reflection};
@@ -18,7 +18,7 @@ use linelit_visibility::Occluders;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Independent estimates of each, and samples of an estimate.
+/// The number of independent estimates by each estimator, and the number of samples of an estimate.
 const TRIALS: u32 = 64;
 const SAMPLES: u32 = 32;
 
@@ -28,7 +28,7 @@ trait Random {
 }
 
 impl Random for SplitMix64 {
-    /// A number below another.
+    /// A whole number below a limit.
     fn index(&mut self, count: u64) -> usize {
         usize::try_from(self.below(count)).unwrap_or(0)
     }
@@ -59,7 +59,7 @@ fn above(rng: &mut SplitMix64, n: DVec3) -> DVec3 {
     }
 }
 
-/// A ball that holds what is seen.
+/// A ball that contains the visible part of the light.
 const SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 10.0,
@@ -78,8 +78,8 @@ fn spot(rng: &mut SplitMix64, axis: DVec3) -> Arc<Profile> {
     Arc::new(Profile::new(cone, Frame::from_normal(axis)))
 }
 
-/// A constant sky, a sun as large as a light of a size at a center, or an image, behind a portal of
-/// that size or none.
+/// A constant sky, a sun as large as a light of this size at this centre, or an image, with or
+/// without a portal of that size.
 fn sky(rng: &mut SplitMix64, center: DVec3, size: f64) -> Sky {
     let emission = match rng.index(3) {
         0 => SkyEmission::Constant(DVec3::ONE),
@@ -177,7 +177,7 @@ fn light(rng: &mut SplitMix64) -> Light {
     }
 }
 
-/// A place of the light and, of flat ones, two directions in its plane.
+/// A point of the light and, for a flat light, two directions in its plane.
 fn place(light: &Light) -> (DVec3, [DVec3; 2], f64) {
     match light {
         Light::Area(l) => {
@@ -222,7 +222,7 @@ fn triangles(rng: &mut SplitMix64, light: &Light) -> Vec<[DVec3; 3]> {
         let middle = at * t + rng.direction() * (size * t);
         let reach = size * [0.1, 0.5, 2.0][rng.index(3)];
         match rng.index(7) {
-            // In the light's plane, with a corner of it.
+            // In the light's plane, with a corner on it.
             0 => all.push([at, at + a * reach, at + b * reach]),
             // Touching the light from its front.
             1 => all.push([at, at + a * reach, at * (1.0 - 0.3) + b * reach]),
@@ -231,7 +231,7 @@ fn triangles(rng: &mut SplitMix64, light: &Light) -> Vec<[DVec3; 3]> {
                 let side = rng.direction() * 0.3;
                 all.push([DVec3::Z * 1e-6, side, side + DVec3::Z]);
             }
-            // Twice the same, once the other way round.
+            // The same triangle twice, once reversed.
             3 => {
                 let t = [(); 3].map(|()| middle + rng.direction() * reach);
                 all.extend([t, [t[1], t[0], t[2]]]);
@@ -335,7 +335,8 @@ fn means<R: Reflection + Clone>(
     (0..u64::from(TRIALS)).map(one).collect()
 }
 
-/// Whether an estimator and points by solid angle and the BSDF agree on a scene, at a level.
+/// Returns whether an estimator agrees with points by solid angle and the BSDF on a scene, at a
+/// level.
 fn agree<R: Reflection + Clone>(
     scene: &Scene,
     bsdf: &R,
@@ -344,9 +345,9 @@ fn agree<R: Reflection + Clone>(
 ) -> Result<(), String> {
     let got = means(scene, bsdf, text, SAMPLES, 0);
     let reference = match &scene.light {
-        // Directions never meet a line.
+        // Directions never meet a linear light.
         Light::Linear(_) => "point-solid-angle",
-        // They meet all of a sky, which has no other points than those of the estimators.
+        // They meet all of a sky, for which there are only the points of the estimators themselves.
         Light::Sky(Sky {
             portal: None,
             emission: SkyEmission::Constant(_) | SkyEmission::Image(_),
@@ -357,9 +358,9 @@ fn agree<R: Reflection + Clone>(
     let want = means(scene, bsdf, reference, 8 * SAMPLES, 1 << 32);
     let (a, b) = (got.mean(), want.mean());
     let error = got.standard_error().hypot(want.standard_error());
-    // What no sample saw does not show in the scatter: at that level it is a share below
-    // ln(1/level)/n of all n samples, and is worth as much as light that nothing hides and no
-    // horizon cuts.
+    // Light that no sample met does not show in the deviation of the samples. At that level, it is
+    // a fraction below ln(1/level)/n of the points met by n samples, and at most as bright as the
+    // light without occluders and horizons.
     let unseen = -level.ln() / f64::from(TRIALS * SAMPLES);
     let to_light = place(&scene.light).0.normalize();
     let open = Scene {
@@ -385,7 +386,7 @@ fn agree<R: Reflection + Clone>(
     ))
 }
 
-/// So many tests of a seed, together at a level of 0.01.
+/// Makes this many tests from a seed, which have a level of 0.01 together.
 fn hold(seed: u64, count: u32) {
     let level = sidak(0.01, count as usize);
     let materials = materials();

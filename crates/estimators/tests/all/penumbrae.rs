@@ -1,4 +1,4 @@
-//! Soft shadows on reflections without a closed form.
+//! Soft shadows on reflections without a closed form have little noise.
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, Fresnel, Layers, Lobe, Reflector};
@@ -37,12 +37,12 @@ fn brushed(alpha: [f64; 2]) -> Bsdf {
 }
 
 /// Estimates with four samples each at a point of such a reflector, under a square light behind a
-/// plate of that width.
+/// plate of this width.
 fn estimates(text: &str, alpha: f64, x: f64, plate: f32) -> Welford {
     estimates_on((rough(alpha), x), 1.0, text, plate)
 }
 
-/// The same at a point of a surface, and under a square of that size.
+/// The same at any point of a surface, under a square light of this size.
 fn estimates_on((bsdf, x): (Bsdf, f64), size: f64, text: &str, plate: f32) -> Welford {
     let wo = DVec3::new(-0.6, 0.0, 0.8);
     let position = DVec3::new(x, 0.0, 0.0);
@@ -65,9 +65,9 @@ fn estimates_on((bsdf, x): (Bsdf, f64), size: f64, text: &str, plate: f32) -> We
     (0..512).map(one).collect()
 }
 
-/// Across a penumbra, for narrow lobes and wide ones, the variance is no more than four times that
-/// of the light without the plate (the edge takes from stratified points what they gain on the
-/// smooth difference: 1.0 to 3.1), and a hundredth of that of lines (1/360 and less).
+/// Across a penumbra, for narrow and wide lobes, the variance is at most four times the variance
+/// without the plate (the edge takes from stratified points what they gain on the smooth
+/// difference: 1.0 to 3.1), and at most a hundredth of the variance of lines (1/360 and less).
 #[test]
 fn penumbrae_are_as_smooth_as_light() {
     for alpha in [0.05, 0.1, 0.2, 0.5] {
@@ -86,9 +86,9 @@ fn penumbrae_are_as_smooth_as_light() {
     }
 }
 
-/// With nothing in between, `hybrid` takes points of the area where the light is smooth: not where
-/// a lobe is on the light, but so narrow that none of its corners and middle is in it (deviations
-/// of .0007 to .0023 of the mean, 11 and more by area).
+/// Without occluders, `hybrid` takes points by area where the light is smooth. It does not do so
+/// where a lobe is on the light but so narrow that it contains neither the light's corners nor its
+/// middle (deviations of .0007 to .0023 of the mean, 11 and more by area).
 #[test]
 fn narrow_lobes_on_wide_lights_are_seen() {
     for alpha in [0.001, 0.005, 0.02, 0.1] {
@@ -102,10 +102,10 @@ fn narrow_lobes_on_wide_lights_are_seen() {
     }
 }
 
-/// What is rough along y alone reflects along a curve, which no transformed cosine is like: the
-/// integrals' points leave it to BSDF samples as well, and have no rare and large values. In light
-/// and half of it, deviations are .44 to .72 (for `exact` 1.0 to 2.0) of those of points by both,
-/// where points by the cosines alone have up to nine times as much.
+/// A surface that is rough along y alone reflects along a curve, which no LTC resembles. The points
+/// that sample the rest are then combined with samples of the BSDF, and have no rare and large
+/// values. In full and in half light, deviations are .44 to .72 (for `exact` 1.0 to 2.0) of the
+/// deviations of points by both densities; points by LTCs alone have up to nine times as much.
 #[test]
 fn curved_lobes_are_left_to_bsdf_samples() {
     for alpha in [[0.001, 0.1], [0.01, 1.0], [0.02, 0.5]] {
@@ -123,9 +123,9 @@ fn curved_lobes_are_left_to_bsdf_samples() {
     }
 }
 
-/// In combinations, too, `exact` and `hybrid` take what the reflection looks like in closed form,
-/// in light, penumbra and shadow: the mean is that of points and of `exact` alone, and the variance
-/// less than a thousandth of that of points by the same techniques (1/2,600 and less).
+/// In combinations, too, `exact` and `hybrid` integrate LTCs in closed form, in light, penumbra and
+/// shadow. The mean is the mean of points and of `exact` alone, and the variance is less than a
+/// thousandth of the variance of points by the same techniques (1/2,600 and less).
 #[test]
 fn combinations_leave_the_rest_to_points() {
     const ALPHAS: [f64; 3] = [0.02, 0.1, 0.5];
@@ -143,7 +143,7 @@ fn combinations_leave_the_rest_to_points() {
             let x = 0.15 + 0.08 * f64::from(i);
             let plate = if i % 4 == 0 { 1e-3 } else { 1.0 };
             let points = estimates("point-ltc+point-bsdf", alpha, x, plate);
-            // As sharp as what it is compared to: a part in 100,000.
+            // The error of the estimate with which it is compared: one part in 100,000.
             let alone = estimates("exact", alpha, x, plate);
             variances[0] += points.variance();
             for (sum, text) in variances[1..].iter_mut().zip(TEXTS) {

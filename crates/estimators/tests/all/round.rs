@@ -1,4 +1,4 @@
-//! Spheres and disks: closed forms, and what reaches into a sphere.
+//! Spheres and disks: closed forms, visible parts, and triangles that reach into a sphere.
 
 use linelit_bsdf::microfacet::TrowbridgeReitz;
 use linelit_bsdf::{Bsdf, Fresnel, Lambert, Layers, Lobe, Phong, Reflection, Reflector};
@@ -48,7 +48,7 @@ fn disk(center: [f64; 3], normal: [f64; 3], radius: f64) -> Light {
     })
 }
 
-/// Estimates of many seeds with what was counted.
+/// Estimates by many seeds, and the counters.
 pub(crate) fn estimates<R: Reflection>(
     occluders: &Occluders,
     light: &Light,
@@ -71,7 +71,7 @@ pub(crate) fn nothing() -> Occluders {
     Occluders::build(&[], &[])
 }
 
-/// A diffuse surface that sees all of a round light: no samples, and the mean of points.
+/// A diffuse surface that sees all of a round light takes no samples, and has the mean of points.
 #[test]
 fn whole_round_lights_are_in_closed_form() {
     let view = DVec3::new(0.0, 0.6, 0.8);
@@ -100,7 +100,7 @@ fn whole_round_lights_are_in_closed_form() {
     }
 }
 
-/// Lambert's formula for a disk overhead, and Nusselt's for a sphere.
+/// Lambert's formula for a disk overhead, and Nusselt's formula for a sphere.
 #[test]
 fn closed_forms_are_those_of_the_books() {
     let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, Bsdf::Lambert(matte()));
@@ -146,8 +146,8 @@ pub(crate) type Rectangle = ([f32; 2], [f32; 2], f32);
 
 pub(crate) const WIDE: [f32; 2] = [-3.0, 3.0];
 
-/// What stands before or in a sphere 1.5 above, of radius 0.5, and whether lines can be asked: its
-/// outline is at 1.333, its nearest point at 1.
+/// Occluders in front of or in a sphere 1.5 above with the radius 0.5, and whether a shaft can
+/// answer for it. Its outline is at 1.333, and its nearest point at 1.
 const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ("before it", &[([0.1, 3.0], WIDE, 0.75)], true),
     (
@@ -174,7 +174,7 @@ const INTRUDERS: [(&str, &[Rectangle], bool); 7] = [
     ),
 ];
 
-/// The first two take points with rays at once, and ask no shaft.
+/// The first two estimators take points with rays at once, without a shaft.
 const TEXTS: [&str; 13] = [
     "line-area",
     "line-analytic",
@@ -191,7 +191,7 @@ const TEXTS: [&str; 13] = [
     "hybrid+line-area[mis=power]",
 ];
 
-/// Points of a sphere's far side send nothing, also where transformed cosines are known.
+/// Points on a sphere's far side contribute nothing, also if LTCs are known.
 #[test]
 fn the_far_side_of_a_sphere_takes_nothing_off() {
     let light = sphere([0.0, 0.0, 1.5], 0.5);
@@ -213,8 +213,8 @@ fn the_far_side_of_a_sphere_takes_nothing_off() {
     }
 }
 
-/// Whatever is inside a sphere or cuts into it, every estimator gives the light of points by area
-/// with a ray to each.
+/// No matter which triangles are inside a sphere or cut into it, every estimator gives the light of
+/// points by area with a ray each.
 #[test]
 fn what_reaches_into_a_sphere_hides_as_rays_say() {
     let light = sphere([0.0, 0.0, 1.5], 0.5);
@@ -244,7 +244,7 @@ fn what_reaches_into_a_sphere_hides_as_rays_say() {
     }
 }
 
-/// Where the horizon cuts round lights, from inside a sphere, and behind a disk.
+/// The horizon cuts round lights; and the point is inside a sphere, or behind a disk.
 #[test]
 fn horizons_cut_round_lights() {
     let view = DVec3::new(-0.6, 0.0, 0.8);
@@ -280,7 +280,7 @@ fn horizons_cut_round_lights() {
     }
 }
 
-/// A rough conductor, alone: its lobe is drawn by without any other density.
+/// A rough conductor alone, whose lobe is sampled without any other density.
 fn rough(alpha: f64) -> Bsdf {
     let mut layers = Layers::new(DVec3::X);
     let lobe = Reflector {
@@ -303,8 +303,9 @@ const BEFORE: [Rectangle; 4] = [
     ([0.25, 0.375], [-0.5, -0.125], 0.625),
 ];
 
-/// What is visible behind occluders in closed form: of large and small lights, above the horizon
-/// and cut by one or two, seen from before and behind, on diffuse surfaces and rough ones.
+/// The visible part behind occluders is integrated in closed form: for large and small lights,
+/// above the horizon and clipped by one or two horizons, seen from both sides, on diffuse and on
+/// rough surfaces.
 #[test]
 fn what_is_visible_is_that_of_points() {
     let tilted = DVec3::new(0.6, 0.0, 0.8);
@@ -344,7 +345,8 @@ fn what_is_visible_is_that_of_points() {
                 assert_eq!(plan.exact_fallbacks, 0, "{what}");
                 let diffuse = matches!(bsdf, Bsdf::Lambert(_));
                 if text == "exact" && diffuse {
-                    // Rounding over the square of the smallest light's width, 1.3e-3.
+                    // Rounding, divided by the square of the smallest light's width, which is
+                    // 1.3e-3.
                     assert!(
                         got.variance().sqrt() <= 1e-9 * got.mean(),
                         "{what}: {got:?}"
@@ -357,7 +359,7 @@ fn what_is_visible_is_that_of_points() {
     }
 }
 
-/// Lights too small, or seen too flatly, for sums over boundaries: points.
+/// Lights that are too small, or seen too flatly, for sums over boundaries are sampled by points.
 #[test]
 fn tiny_and_flat_lights_are_handed_to_points() {
     let occluders = rectangles(&[([0.0, 3.0], WIDE, 0.5)]);
@@ -370,22 +372,22 @@ fn tiny_and_flat_lights_are_handed_to_points() {
             let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, bsdf);
             let [exact, points] = ["exact", "point-solid-angle"].map(|text| {
                 let (values, buffers) = estimates(&occluders, &light, &point, text, 8, 0..512);
-                // Past the occluder; the disk is below it.
+                // These points see it past the occluder; the disk is below it.
                 let is_behind = text == "exact" && matches!(light, Light::Sphere(_));
                 let fell_back = buffers.counts.plan.exact_fallbacks > 0;
                 assert_eq!(fell_back, is_behind, "{light:?}");
                 values
             });
-            // α = 1e-4 for the four.
+            // α = 1e-4 for the four tests together.
             let z = z_score_two(&exact, &points);
             assert!(z.abs() < critical_z(sidak(1e-4, 4)), "{light:?}: {z}");
         }
     }
 }
 
-/// On a rough conductor, from four samples: across a penumbra the standard deviation is less than
-/// 2 % of the light, and its square a fiftieth of that of lines. (Where the light is seen as a
-/// whole, stratified points leave next to nothing of a smooth difference.)
+/// On a rough conductor, with four samples across a penumbra, the standard deviation is less than 2
+/// % of the light, and the variance is less than a fiftieth of the variance of lines. (Where the
+/// light is seen as a whole, stratified points leave hardly any noise of a smooth difference.)
 #[test]
 fn penumbrae_of_spheres_are_as_smooth_as_light() {
     let light = sphere([0.3, 0.0, 2.0], 0.3);

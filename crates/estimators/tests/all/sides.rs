@@ -1,4 +1,4 @@
-//! Which side of a light emits, and how long a normal is.
+//! The side on which a light emits, and normals that are not unit vectors.
 
 use linelit_bsdf::{Bsdf, Lambert, Phong};
 use linelit_estimators::{Buffers, LightSource, Query, RandomNumbers, ShadingPoint, estimate};
@@ -59,7 +59,7 @@ fn lengths_of_normals_make_no_difference() {
         let want = by(n.normalize(), to.normalize());
         assert!(want > 0.0, "{text}");
         for scale in [1e-200, 0.5, 2.0, 3.0, 1e200] {
-            // A rounding of the directions, times the lobe's exponent.
+            // The rounding of directions, times the exponent of the lobe.
             let got = by(n * scale, to / scale);
             assert_close!(got, want, rel = 1e-12, "{text} × {scale}");
         }

@@ -1,4 +1,4 @@
-//! Points, parallel light and skies: closed forms, shadows, brute force, profiles.
+//! Delta lights and skies: closed forms, shadows, brute force, and profiles.
 
 use crate::linear_lights::reflections;
 use crate::round::{estimates, glossy, matte, nothing, rectangles};
@@ -98,8 +98,8 @@ fn image(mapping: SkyMapping, size: [usize; 2], sharp: i32) -> SkyEmission {
     SkyEmission::Image(Arc::new(image.expect("good pixels")))
 }
 
-/// One ray without noise, whatever the estimator: I cos θ f/d² and E cos θ f, and zero in shadow;
-/// spots of all three kinds between their cones.
+/// A delta light takes one ray and has no noise, by any estimator: it gives I cos θ f/d² or E cos θ
+/// f, and zero in shadow. Spots of all three kinds are tested between their cones.
 #[test]
 fn lights_without_size_are_exact() {
     let at = DVec3::new(0.6, 0.0, 2.0);
@@ -109,7 +109,7 @@ fn lights_without_size_are_exact() {
         falloff,
     };
     let cos = at.z / at.length();
-    // The axis points straight down: the point is at t between the cones.
+    // The axis points straight down, and the point is at the fraction t between the cones.
     let t = (cos - 0.9) / (0.98 - 0.9);
     let falloffs = [
         (None, 1.0),
@@ -138,7 +138,7 @@ fn lights_without_size_are_exact() {
                 (got.mean() / (3.0 * want) - 1.0).abs() < 1e-12,
                 "{text} {light:?}"
             );
-            // A plate in the way, and one beyond the lamp or beside.
+            // One plate is between, and one is beyond the lamp or to the side.
             let [x, y, z] = (*towards * 0.5).as_vec3().to_array();
             let before = rectangles(&[([x - 0.1, x + 0.1], [y - 0.1, y + 0.1], z)]);
             let (dark, _) = estimates(&before, light, &point(plain.clone()), text, 4, 0..2);
@@ -153,9 +153,9 @@ fn lights_without_size_are_exact() {
         }
         let beyond = rectangles(&[([-5.0, 5.0], [-5.0, 5.0], 3.0)]);
         let (got, _) = estimates(&beyond, light, &point(plain.clone()), "hybrid", 1, 0..1);
-        // It hides parallel light, and is beyond lamps.
+        // It hides parallel light, and is farther away than the lamps.
         assert_eq!(got.mean() > 0.0, matches!(light, Light::Point(_)));
-        // Below the horizon.
+        // The light is below the horizon.
         let mut below = point(plain.clone());
         (below.normal, below.geometric_normal) = (-DVec3::Z, -DVec3::Z);
         let source = LightSource::<NoTexture>::new(light);
@@ -163,8 +163,9 @@ fn lights_without_size_are_exact() {
     }
 }
 
-/// A constant sky over a diffuse surface is albedo times radiance, without noise if drawn by the
-/// cosine; over a half of it is a half. A sun of any size is π L sin² cos.
+/// A constant sky over a diffuse surface gives albedo times radiance, without noise if it is
+/// sampled by the cosine; over half of the sky, it gives half of that. A sun of any size gives π L
+/// sin² cos.
 #[test]
 fn skies_are_those_of_the_books() {
     let albedo = 0.5;
@@ -174,7 +175,7 @@ fn skies_are_those_of_the_books() {
     let (whole, _) = estimates(&nothing(), &constant, &surface, one, 4, 0..8);
     assert!((whole.mean() / (3.0 * 2.0 * albedo) - 1.0).abs() < 1e-12);
     assert!(whole.std_dev() < 1e-12, "{}", whole.std_dev());
-    // A wall in the plane x = 0 without end: half of the light.
+    // An endless wall in the plane x = 0 leaves half of the light.
     let far = 1e6_f32;
     let corners = [[-far, -far], [far, -far], [far, far], [-far, far]];
     let wall = Occluders::build(&corners.map(|[y, z]| [1e-3, y, z]), &[[0, 1, 2], [0, 2, 3]]);
@@ -188,7 +189,7 @@ fn skies_are_those_of_the_books() {
         let want = 3.0 * 5.0 * half_angle.sin().powi(2) * cos * albedo;
         for text in TEXTS {
             let (got, _) = estimates(&nothing(), &light, &surface, text, 64, 0..64);
-            // Points of a cap vary by its cosines, a stratum each.
+            // The cosines of points of a cap vary, one stratum each.
             let error = (got.mean() / want - 1.0).abs();
             let allowed = bound * got.standard_error() / want + 1e-9;
             assert!(error <= allowed || text == "point-bsdf", "{text}: {error}");
@@ -196,7 +197,7 @@ fn skies_are_those_of_the_books() {
     }
 }
 
-/// The light of a sky by directions that are uniform over the sphere, or over a sun, in strata.
+/// The light of a sky by directions that are uniform over the sphere, or over a sun, stratified.
 fn brute(occluders: &Occluders, sky: &Sky, point: &ShadingPoint, batches: u64) -> Welford {
     const SIDE: u32 = 48;
     let mut scratch = Scratch::default();
@@ -233,7 +234,8 @@ fn brute(occluders: &Occluders, sky: &Sky, point: &ShadingPoint, batches: u64) -
     (0..batches).map(&mut batch).collect()
 }
 
-/// Every sky, every reflection that directions without importance can follow, every technique.
+/// Every sky, every reflection for which uniform directions have a finite variance, and every
+/// technique.
 #[test]
 fn skies_agree_with_brute_force() {
     let plates = rectangles(&[
@@ -289,7 +291,8 @@ fn skies_agree_with_brute_force() {
     }
 }
 
-/// One bright pixel of 64 × 32: image times cosine against the BSDF alone, which seldom meets it.
+/// One bright pixel of 64 × 32: points by image times cosine, compared with the BSDF alone, whose
+/// directions seldom meet it.
 #[test]
 fn a_bright_pixel_is_drawn() {
     let mut pixels = vec![[0.01_f32; 3]; 64 * 32];
@@ -362,7 +365,7 @@ fn shapes() -> [Light; 4] {
 }
 
 /// Polygons, disks, spheres and cylinders with a profile: every technique agrees with points by
-/// area, and a cosine power of zero is the even light.
+/// area, and a cosine power of zero gives the light without a profile.
 #[test]
 fn profiles_agree_whatever_the_technique() {
     let lights = shapes();
@@ -415,7 +418,7 @@ fn profiles_agree_whatever_the_technique() {
     }
 }
 
-/// What `--explain` says of them.
+/// The description that `--explain` gives of them.
 #[test]
 fn methods_are_told() {
     let known = KnownKind::ALL[3].1;

@@ -1,4 +1,4 @@
-//! What stands on the shading point hides the same of a light for all methods.
+//! A triangle that touches the shading point hides the same part of a light for all methods.
 
 use linelit_bsdf::{Bsdf, Lambert};
 use linelit_estimators::{
@@ -11,14 +11,14 @@ use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{Welford, critical_z};
 use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 
-/// Coordinates from where the lift off the surface is far below the margin near the point to where
-/// it is far above.
+/// Coordinates that range from where the lift off the surface is far below the margin near the
+/// point, to where it is far above that.
 const PLACES: [f64; 6] = [0.0, 1.0, 4096.0, 8192.0, 65536.0, 1e6];
 
-/// How far triangles lean, of a height of 0.7.
+/// The horizontal extent by which triangles lean, at a height of 0.7.
 const LEANS: [f64; 4] = [0.0, 0.3, -0.3, 0.05];
 
-/// A triangle one edge of which meets a point, and lights above the point.
+/// A triangle with a point on one of its edges, and lights above the point.
 struct Standing {
     occluders: Occluders,
     positions: [[f32; 3]; 3],
@@ -38,7 +38,7 @@ fn standing(place: f64, lean: f64) -> Standing {
     ];
     let positions = corners.map(|v| v.as_vec3().to_array());
     let [a, b] = [0, 1].map(|k| DVec3::from(positions[k].map(f64::from)));
-    // On the edge as it is stored.
+    // The point is on the edge as it is stored.
     let foot = a + (b - a) * 0.6;
     let line = Segment::new(
         foot + normal - across * 0.5 + along * 0.1,
@@ -55,11 +55,12 @@ fn standing(place: f64, lean: f64) -> Standing {
     }
 }
 
-/// Rays to points of a line agree with the visible parts of the line, and these with brute force.
+/// Rays to points of a line agree with the visible parts of the line, and these agree with brute
+/// force.
 ///
-/// The point is the same for both, and corners are stored in single precision relative to an origin
-/// near it, so that depths are rounded by a few ε; over the margin of 1e-10 that moves an end of
-/// what is visible by some 1e-5, and what is within 1e-4 of an end may be on either side.
+/// The point is the same for both. Corners are stored in single precision relative to an origin
+/// near the point, so that depths are rounded by a few ε. With a margin of 1e-10, this moves the
+/// end of a visible part by some 1e-5. Points within 1e-4 of an end may be on either side.
 #[test]
 fn rays_and_lines_agree_about_what_stands_on_the_point() {
     let (mut scratch, mut out) = (Scratch::new(), VisibleLines::new());
@@ -101,7 +102,7 @@ fn rays_and_lines_agree_about_what_stands_on_the_point() {
     assert!(partial > 500, "{partial}");
 }
 
-/// Points, lines and what is in closed form have one mean past a triangle that stands on the point.
+/// Points, lines and closed forms have the same mean past a triangle that touches the point.
 #[test]
 fn methods_agree_about_what_stands_on_the_point() {
     const RUNS: u32 = 64;
@@ -117,7 +118,7 @@ fn methods_agree_about_what_stands_on_the_point() {
     let tests = PLACES.len() * LEANS.len() * (of_line.len() + of_square.len());
     let alpha = sidak(1e-3, tests);
     let limit = critical_z(alpha);
-    // A part that no sample meets with that probability, of twice the mean of the light.
+    // A part that no sample meets with this probability, of twice the mean of the light.
     let unseen = 2.0 * -alpha.ln() / f64::from(RUNS * SAMPLES);
     let mut buffers = Buffers::default();
     for place in PLACES {
@@ -151,8 +152,8 @@ fn methods_agree_about_what_stands_on_the_point() {
                 for text in texts {
                     let mut runs = Welford::new();
                     (0..RUNS).for_each(|seed| runs.push(value(text, seed.into())));
-                    // What has no noise is as good as densities are, 3e-7; rounding of the place is
-                    // enlarged by the margin.
+                    // Values without noise are as good as densities, which are good to 3e-7; the
+                    // margin magnifies the rounding of the position.
                     let rounding = unseen + 3e-7 + f64::EPSILON * place / Margins::DEFAULT.point;
                     let error = (runs.mean() - want).abs() - rounding * want;
                     assert!(

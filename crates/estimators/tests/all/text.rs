@@ -1,4 +1,5 @@
-//! Estimators as text: what is printed parses to the same, and errors say what was expected.
+//! Estimators as text: printed texts parse to the same estimators, and errors say what was
+//! expected.
 
 use linelit_estimators::{
     Estimator, ExactOptions, Integration, LineBy, LineDirection, LinearHeuristic, LinearOptions,
@@ -24,7 +25,7 @@ fn linear() -> impl Strategy<Value = LinearOptions> {
     ]
 }
 
-/// Any technique of the table, with any options that have a say.
+/// Any technique of the table, with any options that have an effect.
 fn technique() -> BoxedStrategy<Technique> {
     let all: Vec<Technique> = Technique::all().collect();
     let any_options = |technique| match technique {
@@ -47,8 +48,8 @@ fn with_options(points: Points) -> impl Strategy<Value = Technique> {
     })
 }
 
-/// A measure counts where lines are not integrated in closed form, a density of offsets where the
-/// measure is area and lines are parallel.
+/// A measure has an effect if lines are not integrated in closed form, and a density of offsets if
+/// the measure is area and the lines are parallel.
 fn with_line_options(lines: Lines) -> impl Strategy<Value = Technique> {
     let exact = any::<u32>().prop_map(|limit| ExactOptions { limit });
     let exact = prop_oneof![Just(ExactOptions::DEFAULT), exact];
@@ -121,7 +122,8 @@ proptest! {
     }
 }
 
-/// A name parses to its row of the table, no two rows share one, and the page describes each.
+/// Each name parses to its row of the table, no two rows have the same name, and the page describes
+/// each of them.
 #[test]
 fn every_technique_has_a_name_and_is_described() {
     let Some(page) = page(env!("CARGO_MANIFEST_DIR"), "docs/estimators.md") else {
@@ -185,7 +187,7 @@ fn texts_round_trip() {
         "line-area[orientation=fixed:0.5,mis=balance]",
         "line-area[points=3]",
         "point-area[mis=balance]",
-        // Once refused, for no reason but the type they lived in.
+        // These were once refused, only because of the type in which they were stored.
         "line-area[offset=uniform,points=2]",
         "point-area[visibility=shaft]+point-bsdf",
         "exact+point-bsdf",

@@ -1,5 +1,6 @@
-//! Estimators against quadrature of the light, to a relative 5e-5 and better: so many stratified
-//! samples of a smooth integrand that a factor of 1 + 1e-4 in a density or a weight shows.
+//! Estimators are compared with quadrature of the light, to a relative error of 5e-5 and better.
+//! There are so many stratified samples of a smooth integrand that a factor of 1 + 1e-4 in a
+//! density or a weight would be found.
 
 use crate::agreement::{lights, means, occluders};
 use crate::linear_lights::reflections;
@@ -17,10 +18,11 @@ use linelit_visibility::{Occluders, Scratch, ShaftQuery};
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// ∫∫ over a square as a sum, by the midpoints after a substitution that has nothing at the ends.
+/// A sum that approximates ∫∫ over a square, by the midpoints after a substitution whose derivative
+/// vanishes at the ends.
 fn square(mut add: impl FnMut([f64; 2], f64)) {
-    // x(t) with x' = 2772 t⁵ (1 − t)⁵: all that Euler and Maclaurin's sum leaves is of higher
-    // order.
+    // x(t) with x' = 2772 t⁵ (1 − t)⁵: the terms of the Euler–Maclaurin sum that remain are of
+    // higher order.
     const COUNT: u32 = 96;
     let nodes: Vec<[f64; 2]> = (0..COUNT)
         .map(|i| {
@@ -35,7 +37,7 @@ fn square(mut add: impl FnMut([f64; 2], f64)) {
     }
 }
 
-/// ∫ over a polygon as a sum.
+/// A sum that approximates ∫ over a polygon.
 fn over_polygon(polygon: &ConvexPolygon, f: impl Fn(DVec3) -> f64) -> f64 {
     let v = polygon.vertices();
     let mut sum = 0.0;
@@ -47,7 +49,7 @@ fn over_polygon(polygon: &ConvexPolygon, f: impl Fn(DVec3) -> f64) -> f64 {
     sum
 }
 
-/// An integral along what is above horizons of a line.
+/// An integral along the part of a line that is above the horizons.
 fn along(line: &Segment, horizons: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 {
     let (mut lo, mut hi) = (0.0, 1.0_f64);
     for n in horizons {
@@ -66,7 +68,7 @@ fn along(line: &Segment, horizons: [DVec3; 2], f: impl Fn(DVec3) -> f64) -> f64 
     line.length() * gauss_kronrod(|t| f(line.at(t)), lo, hi, 1e-11).value
 }
 
-/// The light at a point at zero, as a sum over the channels.
+/// The light at a point at the origin, summed over the channels.
 fn by_quadrature<R: Reflection>(light: &Light, point: &ShadingPoint<R>) -> f64 {
     let reflected = |p: DVec3| {
         let (w, n) = (p.normalize(), point.normal);
@@ -133,7 +135,7 @@ fn over_disk(disk: Disk, horizons: [DVec3; 2], reflected: impl Fn(DVec3) -> f64)
     gauss_kronrod(chord, -FRAC_PI_2, FRAC_PI_2, 1e-11).value
 }
 
-/// Directions of lines that a technique alone can have.
+/// Directions of lines that only a technique alone can have.
 const ALONE: [&str; 4] = [
     "line-area[orientation=stratified]",
     "line-analytic[orientation=stratified]",
@@ -152,9 +154,9 @@ const WEIGHTED: [&str; 7] = [
     "line-area+point-area[mis=optimal]",
 ];
 
-/// From far away, where all places of a light give nearly the same: what noise is left to
-/// stratified samples is about a hundred-thousandth. Not so for points of round lights by area, and
-/// for those that miss the light; each technique is held on some light.
+/// The point is so far away that all points of a light give nearly the same value: the noise of
+/// stratified samples is about 1e-5. This does not hold for points of round lights by area and for
+/// directions that miss the light, but each technique is tested on some light.
 #[test]
 fn densities_and_weights_are_right_to_five_hundred_thousandths() {
     let (seeds, samples) = (0..24, 1024);
@@ -164,7 +166,7 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
             .chain(ALONE)
             .chain(WEIGHTED)
     };
-    // Student's t of 23 degrees of freedom.
+    // Student's t with 23 degrees of freedom.
     let level = sidak(1e-4, 2 * lights.len() * names().count());
     let mut held = BTreeSet::new();
     for (light, bsdf) in lights
@@ -184,7 +186,8 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
                 samples,
                 seeds.clone(),
             );
-            // Quadrature, and sums over boundaries of what is a fortieth of its distance wide.
+            // The errors of quadrature, and of sums over boundaries that are a fortieth of their
+            // distance wide.
             let noise = got.standard_error().max(1e-10 * want);
             let t = (got.mean() - want) / noise;
             assert!(
@@ -203,7 +206,7 @@ fn densities_and_weights_are_right_to_five_hundred_thousandths() {
     }
 }
 
-/// The same light elsewhere.
+/// The same light at another position.
 fn moved(light: &Light, by: DVec3) -> Light {
     let mut light = light.clone();
     let line = |s: &Segment| Segment::new(s.p0 + by, s.p1 + by);
@@ -221,7 +224,8 @@ fn moved(light: &Light, by: DVec3) -> Light {
     light
 }
 
-/// Lines and cylinders that go through the horizon of the surface, of the shading normal, of both.
+/// Linear lights and cylinders that intersect the horizon of the surface, of the shading normal, or
+/// of both.
 #[test]
 fn horizons_cut_lines_and_cylinders_where_they_are() {
     let (tilted, wo) = (
@@ -246,7 +250,8 @@ fn horizons_cut_lines_and_cylinders_where_they_are() {
             point.geometric_normal = geometric_normal;
             let want = by_quadrature(&line, &point);
             let (got, _) = estimates(&nothing(), &line, &point, "exact", 4, 0..4);
-            // What is promised of quadrature along lines; closed forms are good to 1e-9 here.
+            // This is the promised error of quadrature along lines; closed forms are good to 1e-9
+            // here.
             let is_closed = !matches!(point.bsdf, Bsdf::Layers(_));
             let most = want * if is_closed { 1e-9 } else { 1e-6 };
             let error = (got.mean() - want).abs();
@@ -266,7 +271,7 @@ fn horizons_cut_lines_and_cylinders_where_they_are() {
     }
 }
 
-/// Either horizon through the midst of every light, whatever the technique.
+/// One of the horizons goes through the middle of every light, for every technique.
 #[test]
 fn horizons_cut_all_lights_where_they_are() {
     let (steep, wo) = (
@@ -294,7 +299,7 @@ fn horizons_cut_all_lights_where_they_are() {
             let want = by_quadrature(&light.0, &point);
             for text in texts {
                 let got = means(light, &nothing(), &point, (text, true), 1024, 0..24);
-                // Disks by chords, whose ends are kinks where horizons cut.
+                // Disks are integrated by chords, whose ends are kinks where horizons cut them.
                 let noise = got.standard_error().max(1e-9 * want);
                 let t = (got.mean() - want) / noise;
                 assert!(
@@ -308,7 +313,7 @@ fn horizons_cut_all_lights_where_they_are() {
     }
 }
 
-/// A reflection that is its transformed cosines: what is left to samples is nothing.
+/// A reflection that consists of LTCs leaves no light to sample.
 struct Cosines(LtcMixture);
 
 impl Reflection for Cosines {
@@ -351,14 +356,14 @@ fn lobes(normal: DVec3, mirror: f64) -> Cosines {
     Cosines(sum)
 }
 
-/// Lobes by maps that turn and by maps that mirror, of which one is as good as the other: the
-/// cosine is the same on both sides of any plane through its axis.
+/// Lobes by maps that rotate are equal to lobes by maps that mirror: the cosine is the same on both
+/// sides of any plane through its axis.
 #[test]
 fn transformed_cosines_are_exact_also_by_maps_that_mirror() {
     let of = |light: &Light, between: &Occluders, mirror| {
         let point = ShadingPoint::new(DVec3::ZERO, DVec3::Z, DVec3::Z, lobes(DVec3::Z, mirror));
         let (got, _) = estimates(between, light, &point, "exact", 4, 0..4);
-        // Sums over boundaries, which lose no more than a few digits here.
+        // Sums over boundaries lose only a few digits here.
         assert!(
             got.variance().sqrt() < 1e-10 * got.mean(),
             "{got:?} of {light:?}"
@@ -387,7 +392,7 @@ fn transformed_cosines_are_exact_also_by_maps_that_mirror() {
     }
 }
 
-/// The light that a triangle takes is what it would send as a lamp of the same radiance.
+/// The light that a triangle blocks is the light that it would send as a lamp of the same radiance.
 #[test]
 fn a_triangle_takes_as_much_as_it_fills() {
     let corners = [
@@ -415,7 +420,7 @@ fn a_triangle_takes_as_much_as_it_fills() {
                 let [whole, taken] = [light, hidden].map(|l| by_quadrature(l, point));
                 let want = whole - taken;
                 let (got, _) = estimates(between, light, point, "exact", 4, 0..4);
-                // Disks by chords, whose ends are kinks where horizons cut.
+                // Disks are integrated by chords, whose ends are kinks where horizons cut them.
                 assert!(
                     taken > 0.01 * whole && (got.mean() / want - 1.0).abs() < 1e-9,
                     "{got:?} for {want} of {light:?}, {}, {}",
@@ -435,8 +440,8 @@ fn a_triangle_takes_as_much_as_it_fills() {
     }
 }
 
-/// A wall that a point sees edge-on, and beside its plane by less than rounding, hides nothing of a
-/// round light.
+/// A wall that a point sees edge-on, at a distance from its plane below rounding, hides nothing of
+/// a round light.
 #[test]
 fn walls_that_are_seen_edge_on_hide_nothing() {
     let corners = [[0.125, -3.0, 0.5], [0.125, 3.0, 0.5], [0.125, 0.0, 0.875]];
@@ -456,7 +461,7 @@ fn walls_that_are_seen_edge_on_hide_nothing() {
                     .0
                     .mean()
             });
-            // The wall's image is a few times as wide as the point is off.
+            // The image of the wall is a few times as wide as the point's distance from its plane.
             assert!(
                 (got / want - 1.0).abs() < 1e-11,
                 "{k} {off:e}: {got} for {want} of {light:?}"
@@ -465,8 +470,8 @@ fn walls_that_are_seen_edge_on_hide_nothing() {
     }
 }
 
-/// Walls around a point and what hangs between them fill all directions, and add up to what a
-/// surface receives from a whole half space; a wall of a cube is a sixth.
+/// The walls around a point and the objects between them fill all directions. Together they send
+/// what a surface receives from a half space; a wall of a cube sends a sixth.
 #[test]
 fn visible_regions_around_a_point_fill_all_directions() {
     let wall = |k: usize, side: f64| {
@@ -515,7 +520,7 @@ fn visible_regions_around_a_point_fill_all_directions() {
             sum[0] = [0, 1, 2].map(|k| sum[0][k] + more[k]);
         }
         let [solid_angle, cosine] = [0, 1].map(|k| sum[0][k] + sum[1][k]);
-        // Default margins: a thousandth of a millionth of the way, at the edges of two triangles.
+        // The default margins: 1e-9 of the way, at the edges of two triangles.
         assert!(
             (solid_angle - 2.0 * TAU).abs() < 1e-11,
             "{x}: {solid_angle}"

@@ -27,14 +27,14 @@ const ESTIMATORS: [&str; 17] = [
     "line-analytic[orientation=origin]",
 ];
 
-/// Techniques of all kinds in one.
+/// A combination with techniques of all kinds.
 const MIX: Case = Case {
     name: "line-solid-angle+point-bsdf",
     samples: 16,
     skip: true,
 };
 
-/// The estimators by name and samples per trial, every second one without skips.
+/// The estimators by name and number of samples per trial; every second one takes all samples.
 fn estimators() -> Vec<Case> {
     let case = |(k, name): (usize, &&'static str)| Case {
         name,
@@ -71,7 +71,7 @@ fn light_through_the_floor() {
     agree(light, CLUTTER);
 }
 
-/// What a skip leaves out changes no bit where the method is the same.
+/// Skips change no bit if the method is the same.
 #[test]
 fn skips_do_not_change_points() {
     let scene = room(SQUARE, CLUTTER);
@@ -92,7 +92,7 @@ fn skips_do_not_change_points() {
     }
 }
 
-/// Where the light is neither hidden nor below the horizon, exact is Lambert's formula.
+/// If the light is neither hidden nor below the horizon, `exact` is Lambert's formula.
 #[test]
 fn exact_is_lamberts_formula() {
     let scene = room(SQUARE, "");
@@ -100,9 +100,9 @@ fn exact_is_lamberts_formula() {
     let mut workspace = linelit_integrator::Workspace::new();
     for (pixel, point) in points(&renderer) {
         let got = renderer.direct(&settings("exact", 1, 0), &point, pixel, &mut workspace);
-        // An independent evaluation: a fine midpoint rule on the light, error O(h^2) with
-        // h = 1/256: second derivatives of the integrand are below 10 of its scale here, so
-        // 1/24 h^2 10 2 = 1.3e-5 relative.
+        // An independent evaluation: a fine midpoint rule on the light, with the error O(h^2) for h
+        // = 1/256. The second derivatives of the integrand are below 10 of its scale here, so that
+        // the relative error is 1/24 h^2 10 2 = 1.3e-5.
         let n = 256;
         let mut sum = 0.0;
         for i in 0..n {
@@ -125,7 +125,7 @@ fn exact_is_lamberts_formula() {
     assert_eq!(counts.segments.lines, 0);
 }
 
-/// A glossy floor: the lobe's closed forms against points.
+/// A glossy floor: closed forms of the lobe, compared with points.
 #[test]
 fn phong_floor_behind_clutter() {
     let floor = r#"Material "phong" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 40.5 ]"#;
@@ -135,8 +135,8 @@ fn phong_floor_behind_clutter() {
     agree_on(&scene, &estimators());
 }
 
-/// A lobe without an exponent ends at its own horizon all the same: light that shines from behind
-/// it is dark by points, lines and in closed form alike.
+/// A lobe with the exponent zero still ends at its own horizon: light from behind it is dark by
+/// points, by lines and in closed form.
 #[test]
 fn phong_floor_of_exponent_zero() {
     let floor = r#"Material "phong" "rgb Kd" [ 0.1 0.1 0.1 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float exponent" [ 0 ]"#;
@@ -145,7 +145,7 @@ fn phong_floor_of_exponent_zero() {
         .replace("LookAt 0 -0.5 5", "LookAt -3.5 0 5");
     let all: Vec<Case> = estimators().into_iter().chain([MIX]).collect();
     agree_on(&load(&text), &all);
-    // And it is the limit of small exponents: ln of a cosine is above −700.
+    // It is the limit of small exponents, since ln of a cosine is above −700.
     let (none, little) = (load(&text), load(&text.replace("[ 0 ]", "[ 1e-9 ]")));
     let renderers = [Renderer::new(&none), Renderer::new(&little)];
     let mut workspace = linelit_integrator::Workspace::new();

@@ -1,4 +1,5 @@
-//! Lights of many corners, cut by horizons to more, behind a wall: dark to every estimator.
+//! Lights with many corners, clipped by horizons to even more, are behind a wall: all estimators
+//! find them dark.
 
 use crate::common::{MIXES, PHONG, load, microfacets, points, settings};
 use linelit_geometry::{DVec3, MAX_VERTICES};
@@ -6,7 +7,7 @@ use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_lights::Light;
 use std::fmt::Write;
 
-/// Estimators that are no mixes.
+/// Estimators that are not combinations.
 const SINGLE: [&str; 18] = [
     "point-area",
     "point-visible-area",
@@ -28,7 +29,7 @@ const SINGLE: [&str; 18] = [
     "hybrid",
 ];
 
-/// A floor, and a regular polygon that stands upright behind it and reaches `below` it.
+/// A floor, and a regular polygon that is upright behind it and extends `below` it.
 fn scene(corners: u32, turn: f64, below: f64, (floor, normal): (&str, &str), wall: &str) -> String {
     let mut indices = String::new();
     for i in 1..corners - 1 {
@@ -37,7 +38,7 @@ fn scene(corners: u32, turn: f64, below: f64, (floor, normal): (&str, &str), wal
     let mut positions = String::new();
     for i in 0..corners {
         let angle = std::f64::consts::TAU * f64::from(i) / f64::from(corners) + turn;
-        // In f32, so that what is planar stays so: y is exact.
+        // The corners are rounded to f32 so that the polygon stays planar: y is exact.
         let (x, z) = (angle.sin(), 1.0 - below - angle.cos());
         write!(positions, "{x:.7} 2 {z:.7} ").unwrap();
     }
@@ -79,8 +80,8 @@ fn a_wall_hides_lights_of_any_number_of_corners() {
     ];
     for corners in [3, 4, 15, 16] {
         let step = std::f64::consts::TAU / f64::from(corners);
-        // One corner below the floor, and two: the horizon adds one to the former and none to the
-        // latter; a second horizon may add another.
+        // One corner is below the floor, or two are: the horizon adds one corner in the former case
+        // and none in the latter. A second horizon may add another.
         for (turn, below) in [(0.0, 0.02), (0.5 * step, 0.03)] {
             for floor in floors {
                 let open = load(&scene(corners, turn, below, floor, ""));
@@ -111,7 +112,7 @@ fn a_wall_hides_lights_of_any_number_of_corners() {
                                 "{name}, {corners} corners, {below} below, at {pixel:?}"
                             );
                         }
-                        // Directions of the floor meet the light rarely.
+                        // Directions from the BSDF of the floor rarely meet the light.
                         let settings = settings(name, 256, 1);
                         let direct = |r: &Renderer<'_>, workspace: &mut Workspace| {
                             r.direct(&settings, point, *pixel, workspace)

@@ -1,4 +1,4 @@
-//! Holes by masks against holes in the geometry.
+//! Holes by masks are compared with holes in the geometry.
 
 use crate::common::load;
 use linelit_formats::{LoadOptions, Root};
@@ -10,17 +10,17 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-/// Texels along a side of the mask.
+/// The number of texels along a side of the mask.
 const SIDE: u32 = 16;
 
-/// Whether a texel of the mask is there; rows count from the top.
+/// Returns whether a texel of the mask is solid; rows count from the top.
 fn is_there(x: u32, y: u32) -> bool {
-    // A leaf with veins: an ellipse less some of its texels.
+    // The mask is a leaf with veins: an ellipse without some of its texels.
     let [a, b] = [x, y].map(|k| f64::from(k) + 0.5 - 8.0);
     (a * a + 2.0 * b * b < 60.0) && !(x * 7 + y * 13).is_multiple_of(5)
 }
 
-/// A floor and its light seen from below what `panel` says, which stands between.
+/// A floor and its light, seen from below, with the text of `panel` in between.
 fn text(panel: &str) -> String {
     format!(
         r#"LookAt 2 -2 0.9  0 0 0  0 0 1
@@ -37,7 +37,7 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
     )
 }
 
-/// The leaf as a mask on one quadrilateral; `more` goes to its shape.
+/// The leaf as a mask on one quadrilateral; `more` is added to its shape.
 fn masked(alpha: &str) -> String {
     format!(
         r#"Texture "leaf" "float" "imagemap" "string filename" "leaf.tga" "string filter" "point"
@@ -46,7 +46,8 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point2 uv" [ 0 0  1 0  1
     )
 }
 
-/// The leaf as a quadrilateral for each texel that is there. Corners are multiples of 1/8: exact.
+/// The leaf as one quadrilateral for each solid texel. Corners are multiples of 1/8, which are
+/// exact.
 fn cut_out() -> String {
     let mut points = String::new();
     let mut indices = String::new();
@@ -67,7 +68,7 @@ fn cut_out() -> String {
     format!("Shape \"trianglemesh\" \"integer indices\" [{indices} ] \"point P\" [{points} ]")
 }
 
-/// A scene that may name the leaf.
+/// A scene whose text may refer to the leaf.
 fn with_leaf(text: &str) -> SceneDescription {
     let texels = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [u8::from(is_there(x, y)) * 9; 3]));
     let leaf = linelit_testkit::pictures::tga([SIDE; 2], &texels.collect::<Vec<_>>());
@@ -86,7 +87,7 @@ fn picture(scene: &SceneDescription, estimator: &str, samples: u32, seed: u64) -
     rendered(scene, estimator, samples, seed, true)
 }
 
-/// With every sample taken: what is skipped depends on the boxes.
+/// A picture with every sample taken, since skips depend on the boxes of the hierarchy.
 fn unskipped(scene: &SceneDescription, estimator: &str, samples: u32) -> Vec<DVec3> {
     rendered(scene, estimator, samples, 1, false)
 }
@@ -117,7 +118,7 @@ fn rendered(
     all
 }
 
-/// The largest difference over the largest value.
+/// The largest difference divided by the largest value.
 fn difference(a: &[DVec3], b: &[DVec3]) -> f64 {
     let largest = a.iter().map(|v| v.max_element()).fold(0.0, f64::max);
     assert!(largest > 0.1, "the picture is not black");
@@ -125,7 +126,7 @@ fn difference(a: &[DVec3], b: &[DVec3]) -> f64 {
     apart.fold(0.0, f64::max) / largest
 }
 
-/// What stands in a picture twice over: more than a few pixels differ from the one without.
+/// Checks that the panel casts a shadow: more than a few pixels differ from the picture without it.
 fn assert_shadow(with: &[DVec3], without: &[DVec3]) {
     let differ = with
         .iter()
@@ -140,11 +141,12 @@ fn masks_cut_what_geometry_cuts() {
     let cut = load(&text(&cut_out()));
     let empty = load(&text(""));
     for (estimator, room) in [
-        // The same random numbers: rays meet the same but within rounding of an edge, which none
-        // of these does.
+        // The random numbers are the same, and rays hit the same points unless they are within
+        // rounding of an edge, which does not happen here.
         ("point-area", 0.0),
         ("point-solid-angle", 0.0),
-        // Ends of visible intervals agree to 1e-9 of the line, up to 30 of them on each.
+        // Ends of visible intervals agree to 1e-9 of the line, and there are up to 30 of them on
+        // each.
         ("line-analytic", 1e-7),
         ("line-analytic[orientation=fixed:0]", 1e-7),
         ("line-warped", 1e-7),
@@ -156,13 +158,14 @@ fn masks_cut_what_geometry_cuts() {
     }
 }
 
-/// The z as rare as Student's t with so many degrees of freedom (Wallace 1959): means of a few have
-/// heavier tails.
+/// The z value that is as rare as a value of Student's t with this many degrees of freedom (Wallace
+/// 1959), since means of a few trials have heavier tails.
 fn normal(t: f64, f: f64) -> f64 {
     (f * (t * t / f).ln_1p()).sqrt() * (8.0 * f + 1.0) / (8.0 * f + 3.0)
 }
 
-/// Ways that take other samples past a mask than past what is cut out converge to the same.
+/// Estimators whose samples past a mask differ from their samples past holes in the geometry
+/// converge to the same light.
 #[test]
 fn other_ways_past_masks_agree_in_the_mean() {
     const SEEDS: u64 = 24;
@@ -188,7 +191,7 @@ fn other_ways_past_masks_agree_in_the_mean() {
             let mean = values.clone().sum::<f64>() / n;
             let square = values.map(|v| (v - mean) * (v - mean)).sum::<f64>();
             let error = (square / (n * (n - 1.0))).sqrt();
-            // Where the closed form is taken there is no noise, but rounding.
+            // Closed forms have no noise but rounding.
             let z = (mean - want.y).abs() / (error + 1e-9);
             worst = worst.max(z);
             tests += 1;
@@ -203,10 +206,10 @@ fn other_ways_past_masks_agree_in_the_mean() {
 fn holes_to_lights_alone_are_not_seen() {
     let seen = with_leaf(&text(&masked("alpha")));
     let shadow = with_leaf(&text(&masked("shadowalpha")));
-    // From below, the panel is behind the camera: the shadows are the same.
+    // From below, the panel is behind the camera, and the shadows are the same.
     let [a, b] = [&seen, &shadow].map(|scene| picture(scene, "line-analytic", 4, 1));
     assert_eq!(a, b);
-    // From above, one sees the floor through the holes.
+    // From above, the camera sees the floor through the holes.
     let hits = |scene: &SceneDescription| {
         let renderer = Renderer::new(scene);
         let mut scratch = linelit_visibility::Scratch::new();

@@ -1,4 +1,5 @@
-//! Soft shadows without noise, held to 77 digits, to quadrature and to samples.
+//! Soft shadows without noise are compared with numbers of 77 digits, with quadrature and with
+//! samples.
 
 use crate::common::{
     CLUTTER, Comparison, SQUARE, TRIANGLE, load, oracle, points, room, room_text, settings, trials,
@@ -12,7 +13,8 @@ use proptest::prelude::*;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// What the square light's radiance and the floor's albedo make of an irradiance, first channel.
+/// The factor from irradiance to reflected light for the square light's radiance and the floor's
+/// albedo, in the first channel.
 const RADIANCE: f64 = 8.0 * 0.7 / std::f64::consts::PI;
 
 fn text(triangles: &[[[f64; 3]; 3]]) -> String {
@@ -31,7 +33,7 @@ fn text(triangles: &[[[f64; 3]; 3]]) -> String {
     out
 }
 
-/// A diffuse point at `x`, looking up.
+/// A diffuse point at `x` that looks up.
 fn point_at(renderer: &Renderer<'_>, x: [f64; 3]) -> ShadingPoint {
     let (_, mut point) = points(renderer).swap_remove(0);
     point.position = DVec3::from_array(x);
@@ -44,8 +46,8 @@ fn exact(renderer: &Renderer<'_>, estimator: &str, point: &ShadingPoint) -> DVec
     renderer.direct(&settings, point, [0, 0], &mut Workspace::new())
 }
 
-/// Four triangles that cross each other, the light's sides and a corner; coordinates are exact in
-/// binary.
+/// Four triangles that intersect each other, the light's sides and a corner. Their coordinates are
+/// exact in binary.
 const CROSSING: [[[f64; 3]; 3]; 4] = [
     [
         [-0.25, -0.25, 1.0],
@@ -75,12 +77,12 @@ fn agrees_with_77_digits() {
         assert!(want < whole.clone() * Precise::new(0.95), "a penumbra");
         let point = point_at(&renderer, x);
         let got = exact(&renderer, "exact", &point);
-        // The scene's colours are f32: compare with what they make of the irradiance.
+        // The colours of the scene are f32, so that the comparison includes them.
         let colour = exact(&Renderer::new(&room(SQUARE, "")), "exact", &point).x;
         let share = got.x / colour;
         let error = (want.clone() / whole.clone() - Precise::new(share)).abs();
-        // For a diffuse surface the closed form's error is all there is: 1e-13 for each of
-        // two dozen pieces at most.
+        // On a diffuse surface, the only error is the error of the closed form: 1e-13 for each of
+        // at most two dozen pieces.
         assert!(error.to_f64() < 3e-12, "{x:?}: off by {}", error.to_f64());
     }
 }
@@ -98,7 +100,7 @@ fn corner() -> impl Strategy<Value = [f64; 3]> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases(64)))]
 
-    /// A few random triangles against the slabs in f64.
+    /// A few random triangles are compared with the slabs in f64.
     #[test]
     fn random_triangles(
         triangles in prop::collection::vec([corner(), corner(), corner()], 1..7),
@@ -113,13 +115,13 @@ proptest! {
         let got = exact(&renderer, "exact", &point_at(&renderer, x)).x;
         let want = RADIANCE * oracle::irradiance::<f64>(x, 0.5, 2.0, &triangles);
         let whole = RADIANCE * oracle::irradiance::<f64>(x, 0.5, 2.0, &[]);
-        // Colours in f32: 1.2e-7 for the product of two. The oracle in f64 loses an ε over the
-        // angle of a trapezoid's sides: some 1e-10 for slabs of 1e-6.
+        // Colours are f32: 1.2e-7 for the product of two. The oracle in f64 loses ε divided by the
+        // angle between a trapezoid's sides, which is some 1e-10 for slabs of 1e-6.
         prop_assert!((got - want).abs() <= 1.3e-7 * whole, "{got} {want}");
     }
 }
 
-/// Tests of exact against line samples, at every pixel with a penumbra.
+/// Tests `exact` against line samples, at every pixel with a penumbra.
 fn agrees_with_lines(scene: &SceneDescription, lines: u32) {
     let renderer = Renderer::new(scene);
     let all = points(&renderer);
@@ -134,7 +136,7 @@ fn agrees_with_lines(scene: &SceneDescription, lines: u32) {
             continue;
         }
         penumbrae += 1;
-        // On diffuse floors without noise; on others of as many points.
+        // There is no noise on diffuse floors; on others there is the noise of as many points.
         let got = trials(&renderer, &settings("exact", lines, 7), at, 24);
         let want = trials(&renderer, &settings("line-analytic", lines, 77), at, 24);
         comparison.add(pixel, got, want);

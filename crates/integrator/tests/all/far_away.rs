@@ -1,11 +1,11 @@
-//! Pictures of scenes at map coordinates.
+//! Pictures of scenes at the large coordinates that maps have.
 
 use crate::common::{load, points, settings};
 use linelit_geometry::DVec3;
 use linelit_integrator::{Renderer, Workspace};
 
-/// A floor, a tilted board, a lamp, a small lamp on a ball's place and a lamp without size, all
-/// moved; coordinates are whole multiples of 1/64, so that they are exact anywhere.
+/// A floor, a tilted board, a lamp, a small lamp where a ball is, and a delta light, all moved.
+/// Coordinates are multiples of 1/64, so that they are exact anywhere.
 fn text(at: DVec3) -> String {
     let p = |v: [f64; 3]| {
         let DVec3 { x, y, z } = at + DVec3::from(v);
@@ -53,12 +53,12 @@ AttributeEnd"#,
     )
 }
 
-/// The same picture at each place.
+/// The picture is the same at each position.
 ///
-/// Camera rays meet the floor where rounding of the place allows, some twenty units ε of it (the
-/// camera's matrix is inverted twice, over a distance of four), and points are lifted by 2⁻⁴⁶ = 64
-/// ε. The light there changes by less than eight times itself per unit of distance, but for the
-/// shadow of the lamp without size, whose edge is left out: a pixel where it is or is not.
+/// Camera rays meet the floor to within rounding of the position, which is some twenty units ε of
+/// it: the camera's matrix is inverted twice, over a distance of four. Points are lifted by 2⁻⁴⁶ =
+/// 64 ε. The light there changes by less than eight times itself per unit of distance, except at
+/// the shadow of the delta light, whose edge is left out, since a pixel is on either side of it.
 #[test]
 fn pictures_are_the_same_everywhere_on_the_map() {
     let light = |at: DVec3| -> Vec<DVec3> {

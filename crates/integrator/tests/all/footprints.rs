@@ -1,4 +1,5 @@
-//! What a pixel covers after mirrors and glass, and what its samples see together.
+//! The footprint of a pixel after mirrors and glass, and the part of a texture that the samples of
+//! a pixel see together.
 
 use crate::common::load;
 use linelit_geometry::DVec3;
@@ -6,7 +7,8 @@ use linelit_integrator::{Renderer, Settings, Workspace};
 use linelit_scene::{Bounce, SceneDescription};
 use proptest::prelude::*;
 
-/// A scene in front of a camera of so many pixels; the checkerboard makes it one with textures.
+/// A scene in front of a camera with this many pixels; the checkerboard makes it a scene with
+/// textures.
 fn before_camera(pixels: u32, world: &str) -> SceneDescription {
     load(&format!(
         r#"
@@ -25,10 +27,11 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point P" [ 90 90 -9  91 90 -9 
 proptest! {
     #![proptest_config(ProptestConfig { cases: linelit_testkit::cases::cases(48), ..ProptestConfig::default() })]
 
-    /// The rays beside a reflected or refracted ray are those that the neighbouring pixels'
-    /// views become, to first order: to what the directions to either side differ in their
-    /// changes, which is the second order, and the squares of the changes of view and normal
-    /// together, which may cancel there: normals turn by twice as much as views at most.
+    /// The rays that are given next to a reflected or refracted ray are, to first order, the
+    /// reflected or refracted views of the neighbouring pixels. The error is of second order: the
+    /// difference between the changes of the direction to either side, plus the squares of the
+    /// changes of view and normal together. The latter may cancel in that difference. Normals turn
+    /// by at most twice as much as views.
     #[test]
     fn rays_beside_the_view_are_the_neighbours(
         material in prop_oneof![Just("mirror"), Just("glass"), Just("thindielectric")],
@@ -78,11 +81,12 @@ proptest! {
                 let (d, before, after) =
                     (direction(&here.1), direction(&behind.1), direction(&ahead.1));
                 let second = (after - 2.0 * d + before).length();
-                // Small against the change of the view: the first order tells something.
+                // The second order is small compared with the change of the view, so that the first
+                // order means something.
                 prop_assert!(second < 0.05 * views.sqrt(), "{second}");
                 let error = (beside.directions[k] - after).length();
                 prop_assert!(error <= 2.0 * second + 9.0 * views, "{error} {second}");
-                // Points on the plane of the triangle: exactly, but for the lift.
+                // The origins are on the plane of the triangle, exactly but for the lift.
                 let error = (beside.origins[k] - ahead.0).length();
                 prop_assert!(error < 1e-4, "{error}");
                 prop_assert!(error < 0.1 * (ahead.0 - here.0).length(), "{error}");
@@ -91,7 +95,7 @@ proptest! {
     }
 }
 
-/// A floor of tiles with joints and relief, across a room, under a light that nothing hides.
+/// A floor of tiles with joints and relief, seen across a room, under a light without occluders.
 fn tiled_floor(tiles: u32, relief: f64) -> SceneDescription {
     before_camera(
         24,
@@ -112,7 +116,7 @@ Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 -5 0  9 -5
     )
 }
 
-/// The pixels of a row, with so many samples in each.
+/// The pixels of a row, with this many samples in each.
 fn row(scene: &SceneDescription, y: u32, pixel_samples: u32) -> Vec<f64> {
     let renderer = Renderer::new(scene);
     let settings = Settings {
@@ -125,16 +129,16 @@ fn row(scene: &SceneDescription, y: u32, pixel_samples: u32) -> Vec<f64> {
     (0..24).map(pixel).collect()
 }
 
-/// Far away, where a pixel holds many tiles, one sample shows what a thousand do.
+/// Far away, where a pixel contains many tiles, one sample shows the same as a thousand samples.
 #[test]
 fn a_distant_floor_is_its_mean() {
     let scene = tiled_floor(600, 0.0);
-    // Row 5 meets the floor 5.6 m away: a pixel is .12 m wide and .7 m long, tiles are .03 m by
-    // .06 m. The one sample's rectangle holds 8 by 24 tiles: a wave's mean there is 1/8 and 1/24 at
-    // most, so the tiles' .45 ± .35 are met to .4 %.
+    // Row 5 meets the floor 5.6 m away: a pixel is .12 m wide and .7 m long, and tiles are .03 m by
+    // .06 m. The rectangle of the one sample contains 8 by 24 tiles. The mean of a wave over it is
+    // at most 1/8 and 1/24 of the wave, so that the tiles' .45 ± .35 are met to .4 %.
     let rectangle = 0.35 / 0.45 / (8.0 * 24.0);
     let (one, many) = (row(&scene, 5, 1), row(&scene, 5, 1024));
-    // What 1024 samples of such tiles scatter, four times.
+    // Four times the deviation of 1024 samples of such tiles.
     let scatter = 4.0 * 0.35 / 0.45 / 1024f64.sqrt();
     for (x, (one, many)) in one.iter().zip(&many).enumerate() {
         let error = (one / many - 1.0).abs();
@@ -145,8 +149,8 @@ fn a_distant_floor_is_its_mean() {
     assert!(error < scatter / 24f64.sqrt() + rectangle, "{one} {many}");
 }
 
-/// With relief, means over more and more samples settle: each sample's footprint shrinks, and what
-/// is seen through it becomes the relief itself.
+/// With relief, means over more and more samples converge: each sample's footprint shrinks, and
+/// shows the relief itself in the end.
 #[test]
 fn a_relief_seen_from_afar_converges() {
     let scene = tiled_floor(60, 0.02);

@@ -1,4 +1,5 @@
-//! Shadows close to their occluders on floors of any size, anywhere: against Lambert's sum.
+//! Shadows close to their occluders, on floors of any size and at any position, are compared with
+//! Lambert's sum.
 
 use crate::common::{load, points, settings};
 use linelit_geometry::DVec3;
@@ -6,8 +7,8 @@ use linelit_integrator::{Renderer, Workspace};
 use linelit_shading::polygon;
 use std::f64::consts::PI;
 
-/// A floor that reaches as far as `floor`, what stands on it, and a light: all moved by `offset`
-/// and seen from straight above, from `height`, over `width` to either side.
+/// A floor that extends as far as `floor`, the objects on it, and a light. All are moved by
+/// `offset` and seen from straight above, from `height`, over `width` to either side.
 struct Setting {
     floor: f64,
     offset: DVec3,
@@ -49,10 +50,10 @@ AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
         )
     }
 
-    /// Holds the light on the floor to what is expected at each place, to 1e-6 of it: a point is
-    /// lifted by 2e-8 at most here, below shadow edges that are a tenth above the floor or more, or
-    /// seen from where they hide all or nothing. What is in shadow is black. Tells how many places
-    /// are dark and how many are lit.
+    /// Compares the light on the floor with the expected light at each point, to 1e-6 of it. Points
+    /// are lifted by at most 2e-8 here, below shadow edges that are at least a tenth above the
+    /// floor, or seen from where they hide all or none of the light. Points in shadow are black.
+    /// Returns how many points are dark and how many are lit.
     fn hold(&self, expected: impl Fn(DVec3) -> f64) -> [u32; 2] {
         let scene = load(&self.text());
         let renderer = Renderer::new(&scene);
@@ -64,7 +65,7 @@ AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
             for estimator in ["exact", "line-analytic", "point-area"] {
                 let settings = settings(estimator, 1, 0);
                 let got = renderer.direct(&settings, &point, pixel, &mut Workspace::new());
-                // Samples may miss what is lit, but not what is dark.
+                // Samples may miss the light of a lit point, but a dark point has none.
                 let error = match estimator {
                     "exact" => (got.x - want).abs(),
                     _ if want > 0.0 => 0.0,
@@ -83,7 +84,7 @@ AreaLightSource "diffuse" "rgb L" [ 1 1 1 ]
     }
 }
 
-/// A wall an eighth high, and an upright light far behind it.
+/// A wall of the height 1/8, and an upright light far behind it.
 fn hold_wall(floor: f64, offset: DVec3) {
     let quad =
         |x: f64, y: f64, z: [f64; 2]| [[x, -y, z[0]], [x, -y, z[1]], [x, y, z[1]], [x, y, z[0]]];
@@ -99,13 +100,13 @@ fn hold_wall(floor: f64, offset: DVec3) {
     assert!(dark > 1 && lit > 8, "{dark} dark, {lit} lit");
 }
 
-/// What a place of the floor reflects of a polygon.
+/// The light that a point of the floor reflects of a polygon.
 fn reflected(at: DVec3, corners: [[f64; 3]; 4]) -> f64 {
     let corners = corners.map(|v| DVec3::from(v) - at);
     polygon::irradiance(&corners, DVec3::Z) / PI
 }
 
-/// By the part of the light that is above the wall's shadow.
+/// The expected light is the light of the part that is above the wall's shadow.
 fn by_the_wall(at: DVec3) -> f64 {
     let hidden_up_to = match at.x < 0.0 {
         true => 0.125 * (8.0 - at.x) / -at.x,
@@ -142,7 +143,7 @@ fn shadows_meet_walls_far_from_the_origin() {
     }
 }
 
-/// A board a thousandth above the floor, below a light of its size; the camera is between.
+/// A board a thousandth above the floor, below a light of its size, with the camera between them.
 #[test]
 fn boards_close_to_large_floors_cast_shadows() {
     let quad = |z: f64| {

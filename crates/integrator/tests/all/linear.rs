@@ -1,4 +1,5 @@
-//! Linear lights: every technique gives the light of quadrature, with weight one and nothing lost.
+//! Linear lights: every technique gives the light of quadrature, without weights and without losing
+//! light.
 
 use crate::common::{CLUTTER, Comparison, load, points, room, room_text, trials};
 use linelit_bsdf::Reflection;
@@ -9,7 +10,7 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::SceneDescription;
 use linelit_testkit::quadrature::gauss_kronrod;
 
-/// A line above the floor, and one that dips below it.
+/// A line above the floor, and one that is partly below it.
 const LINES: [&str; 2] = [
     r#"Shape "line" "point3 p0" [ -0.7 -0.3 1.2 ] "point3 p1" [ 0.8 0.4 1.5 ]"#,
     r#"Shape "line" "point3 p0" [ -0.9 0.2 -0.4 ] "point3 p1" [ 0.7 -0.1 1.1 ]"#,
@@ -55,7 +56,7 @@ fn floor_of(text: &str, material: &str) -> SceneDescription {
     load(&text.replace(r#"Material "matte" "rgb Kd" [ 0.7 0.5 0.3 ]"#, material))
 }
 
-/// Materials with a lobe that no integral knows.
+/// Materials with a lobe for which there is no integral.
 const GLOSSY: [&str; 7] = [
     r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ 0.2 ] "bool remaproughness" [ "false" ]"#,
     r#"Material "metal" "float roughness" [ 0.2 ] "bool remaproughness" [ "false" ]"#,
@@ -68,7 +69,7 @@ const GLOSSY: [&str; 7] = [
        Material "mix" "string namedmaterial1" "a" "string namedmaterial2" "b" "rgb amount" [ 0.3 0.5 0.7 ]"#,
 ];
 
-/// The line and its radiance × radius.
+/// The line, and its radiance × radius.
 fn light(scene: &SceneDescription) -> (Segment, DVec3) {
     match &*scene.lights[0].light {
         Light::Linear(line) => (line.segment, line.radiance_radius),
@@ -76,8 +77,8 @@ fn light(scene: &SceneDescription) -> (Segment, DVec3) {
     }
 }
 
-/// ∫ f_r cos θ 2h/r³ dt by Gauss-Kronrod on the line, cut at the horizon: none of the code under
-/// test but the BSDF.
+/// The integral ∫ f_r cos θ 2h/r³ dt by Gauss–Kronrod quadrature on the line, clipped at the
+/// horizon. Of the tested code it only uses the BSDF.
 fn quadrature(
     scene: &SceneDescription,
     point: &linelit_integrator::ShadingPoint,
@@ -118,8 +119,8 @@ fn hold(scene: &SceneDescription, names: &[&str], truth: impl Fn(&Renderer<'_>, 
     let mut comparisons: Vec<_> = names.iter().map(compared).collect();
     let mut lit = 0;
     for (index, point) in all.iter().enumerate() {
-        // Near the line a single sample by area has hundreds of times the mean: 1024 of them are
-        // not yet normally distributed there.
+        // Near the line, a single sample by area may have hundreds of times the mean: the mean of
+        // 1024 samples is not yet normally distributed there.
         let to_line = point.1.position - line.p0;
         let along = to_line.dot(line.direction()).clamp(0.0, line.length());
         if (to_line - line.direction() * along).length() < 0.4 {
@@ -146,7 +147,8 @@ fn by_quadrature(scene: &SceneDescription, names: &[&str]) {
     });
 }
 
-/// Furnace-like: a BSDF-sampling estimator never meets the line and must not lose its light.
+/// As in a furnace test: an estimator that samples the BSDF never meets the line, and must not lose
+/// its light.
 #[test]
 fn no_energy_is_lost() {
     for line in LINES {
@@ -163,7 +165,7 @@ fn glossy_light_too() {
     }
 }
 
-/// Lobes of every material are followed, without bias: none falls back to the diffuse technique.
+/// The lobes of every material are sampled, without bias: none falls back to the diffuse technique.
 #[test]
 fn every_glossy_material_is_followed() {
     for material in GLOSSY {
@@ -184,7 +186,7 @@ fn every_glossy_material_is_followed() {
     }
 }
 
-/// Behind clutter: the closed form over the visible parts is the truth.
+/// Behind clutter, the closed form over the visible parts is the truth.
 #[test]
 fn shadows_are_the_same() {
     let exact = |renderer: &Renderer<'_>, index: usize| {
@@ -203,7 +205,7 @@ fn shadows_are_the_same() {
     hold(&glossy, &WEIGHTED, exact);
 }
 
-/// Where nothing is hidden, one sample is the answer: backward error and rounding, nothing else.
+/// If nothing is hidden, one sample gives the exact value but for rounding.
 #[test]
 fn projected_solid_angle_has_no_variance() {
     for line in LINES {
@@ -215,16 +217,16 @@ fn projected_solid_angle_has_no_variance() {
             for seed in 0..8 {
                 let s = settings("point-linear", 1, seed);
                 let got = renderer.direct(&s, &point, pixel, &mut workspace).x;
-                // The estimate is L f ∫ cos / cos × cos of the sample: its cosine is recomputed
-                // from the direction, which loses ε/cos where the light grazes.
+                // The estimate is L f ∫ cos / cos × cos of the sample. Its cosine is recomputed
+                // from the direction, which loses ε/cos at grazing angles.
                 assert!((got - want).abs() <= 1e-9 * want, "{pixel:?} {got} {want}");
             }
         }
     }
 }
 
-/// The weighted balance heuristic knows the answer where nothing is hidden and the lobe is perfect;
-/// with the LTC in the lobe's place it still is far better than either technique.
+/// The weighted balance heuristic is exact if nothing is hidden and the lobe is an LTC. If the LTC
+/// only resembles the lobe, it is still much better than either technique alone.
 #[test]
 fn the_pair_beats_its_members_on_gloss() {
     let scene = phong(&room_text(LINES[0], ""));
@@ -238,7 +240,7 @@ fn the_pair_beats_its_members_on_gloss() {
         };
         points(&renderer).iter().map(spread).sum::<f64>()
     };
-    // Two samples of the one against one of each.
+    // Compare two samples of the one technique with one sample of each.
     let flat = variance("point-linear", 2);
     let pair = variance("point-linear[technique=ltc]", 1);
     let clipped = variance("point-linear[technique=clipped-solid-angle]", 2);

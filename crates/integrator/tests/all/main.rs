@@ -1,4 +1,4 @@
-//! Pictures of small scenes, one estimator held to another.
+//! Tests of pictures of small scenes, in which estimators are compared with each other.
 
 mod agreement;
 mod common;

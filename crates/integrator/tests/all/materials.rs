@@ -21,7 +21,8 @@ const MATERIALS: [&str; 9] = [
        Material "mix" "string namedmaterial1" "a" "string namedmaterial2" "b""#,
 ];
 
-/// By name, samples, and whether it can sample a lobe as narrow as a mirror's.
+/// The estimators: their name, their number of samples, and whether they can sample a lobe that is
+/// as narrow as a mirror's.
 const ESTIMATORS: [(&str, u32, bool); 9] = [
     ("line-solid-angle+point-bsdf", 32, true),
     (
@@ -66,7 +67,8 @@ fn estimators_agree_on_every_material() {
         for (k, (name, samples, _)) in used.enumerate() {
             let settings = settings(name, *samples, 10_000 * (k as u64 + 1));
             for (point, want) in all.iter().zip(&truth) {
-                // Rare hits make no normal sum: only where the light is not dim.
+                // Sums of rare hits are not normally distributed, so that only pixels count that
+                // are not dim.
                 if *name == "point-bsdf" && want.0.x < 0.1 * brightest {
                     continue;
                 }
@@ -86,7 +88,7 @@ fn agree(
 ) {
     for c in 0..3 {
         let error = got.1[c].hypot(want.1[c]);
-        // Where nothing varies, sums of a few hundred terms differ by rounding.
+        // Constant values have sums of a few hundred terms, which differ by rounding.
         let allowed = z * error + 1e-12 * (1.0 + want.0[c]);
         assert!(
             (got.0[c] - want.0[c]).abs() <= allowed,

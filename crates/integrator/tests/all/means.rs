@@ -1,4 +1,4 @@
-//! The mean light of a picture by every combination, to two parts in ten thousand.
+//! The mean light of a picture is right for every combination, to two parts in ten thousand.
 
 use crate::common::{
     CLUTTER, MIXES, ON_THE_FLOOR, PHONG, QUAD_AND_SPHERE, SQUARE, THROUGH_THE_FLOOR, TOUCHING,
@@ -10,10 +10,10 @@ use linelit_samplers::SamplerKind;
 use linelit_scene::SceneDescription;
 use linelit_testkit::{chi2::sidak, ztest::critical_z};
 
-/// The largest relative difference.
+/// The largest relative difference that is allowed.
 const ALLOWED: f64 = 2e-4;
 
-/// The mean over the picture and its standard error, of points in turn of every seed.
+/// The mean over the picture and its standard error; each seed takes the next point.
 fn mean(scene: &SceneDescription, name: &str, samples: u32, seeds: u64) -> (f64, f64) {
     let renderer = Renderer::new(scene);
     let all = clear_of_the_light(&renderer);
@@ -35,15 +35,15 @@ fn mean(scene: &SceneDescription, name: &str, samples: u32, seeds: u64) -> (f64,
     (mean, (square / (n * (n - 1.0))).sqrt())
 }
 
-/// Every combination on one scene, against `truth`.
+/// Compares every combination on one scene with `truth`.
 fn agree(scene: &SceneDescription, truth: (f64, f64)) {
-    // The reference is not exact either: what the difference may be beyond its deviations is what
-    // the z test allows at 1 % over all ten scenes.
+    // The reference has an error, too. The difference may exceed its limit by the deviation that a
+    // z test at 1 % over all ten scenes allows.
     let z = critical_z(sidak(0.01, MIXES.len() * 10));
     for name in MIXES {
         let (mut samples, seeds) = (512, 16);
         let (mut got, mut error) = mean(scene, name, samples, seeds);
-        // More, until the error is small beside what is allowed.
+        // Take more samples, until the error is small compared with the limit.
         while error > 0.25 * ALLOWED * got && samples < 1 << 17 {
             samples *= 4;
             (got, error) = mean(scene, name, samples, seeds);
@@ -57,7 +57,7 @@ fn agree(scene: &SceneDescription, truth: (f64, f64)) {
     }
 }
 
-/// Against the closed form, which has no noise but where a shaft has too many triangles for it.
+/// The closed form has no noise, except where a shaft has too many triangles for it.
 fn agree_with_exact(scene: &SceneDescription) {
     let truth = mean(scene, "exact", 1 << 11, 16);
     agree(scene, truth);
@@ -88,7 +88,8 @@ fn glossy_floors() {
     agree_with_exact(&room_with_floor(PHONG));
     for alpha in [0.3, 0.05] {
         let scene = room_with_floor(&microfacets(alpha));
-        // No closed form: solid-angle points, with 32 times as many samples as most of the others.
+        // Without a closed form: points by solid angle, with 32 times as many samples as most of
+        // the others.
         agree(&scene, mean(&scene, "point-solid-angle", 1 << 14, 16));
     }
 }

@@ -1,10 +1,10 @@
-//! What is done about which lights on which materials of a scene.
+//! The methods that are listed for the lights on the materials of a scene.
 
 use linelit_formats::LoadOptions;
 use linelit_integrator::{Renderer, Settings, Spheres};
 
-/// A matte floor, a plastic wall that nothing shines on from behind; two quads, of which one is
-/// below the floor, a line and a sphere.
+/// A matte floor, and a plastic wall behind which there is no light; two quads, one of which is
+/// below the floor, a linear light and a sphere.
 const SCENE: &str = r#"
     LookAt 0 -4 3  0 0 0  0 0 1
     Camera "perspective" "float fov" [ 50 ]

@@ -6,8 +6,9 @@ use crate::common::{
 };
 use linelit_integrator::{Renderer, Settings, Workspace};
 
-/// Sample counts that the techniques divide evenly, and counts that they do not. Points need more:
-/// where little is visible, few of them are all zero, which no z test understands.
+/// Numbers of samples that the techniques divide evenly, and numbers that they do not. Points need
+/// more samples: where little is visible, a few of them may all be zero, for which a z test does
+/// not work.
 fn mixes() -> Vec<Case> {
     let case = |(k, name): (usize, &&'static str)| Case {
         name,
@@ -17,15 +18,16 @@ fn mixes() -> Vec<Case> {
     MIXES.iter().enumerate().map(case).collect()
 }
 
-/// A traversal for each line and point, or one for all: the same but for how interval ends round.
+/// A traversal for each line and point, or one traversal for all, gives the same light but for the
+/// rounding of the ends of intervals.
 #[test]
 fn sharing_the_shaft_changes_nothing() {
     let scene = room(SQUARE, CLUTTER);
     let renderer = Renderer::new(&scene);
     let mut workspace = Workspace::new();
     for name in MIXES {
-        // One point for all pieces may move to another piece with a bit, the optimal coefficients
-        // amplify what they are given, and the largest density may be another's.
+        // One point for all pieces may jump to another piece if a bit changes; optimal coefficients
+        // amplify rounding; and the largest density may become the density of another technique.
         if ["pieces=one", "optimal", "maximum"]
             .iter()
             .any(|w| name.contains(w))
@@ -40,8 +42,8 @@ fn sharing_the_shaft_changes_nothing() {
         for (pixel, point) in points(&renderer) {
             let mut direct = |s| renderer.direct(s, &point, pixel, &mut workspace);
             let (a, b) = (direct(&shared), direct(&apart));
-            // Ends of intervals are good to 1e-12 of the light in either shaft; a sliver of a
-            // piece that only one of the two finds carries as much light as it is long.
+            // Ends of intervals are good to 1e-12 of the light in either shaft. A short piece that
+            // only one of the two finds has as much light as its length.
             assert!(
                 (a - b).abs().max_element() <= 1e-7 * a.max_element().max(1e-3),
                 "{name} at {pixel:?}: {a} and {b}"
@@ -65,7 +67,7 @@ fn nothing_between() {
     agree_on(&room(SQUARE, ""), &mixes());
 }
 
-/// The light crosses the horizon of the floor, partly behind occluders.
+/// The light crosses the horizon of the floor, and is partly behind occluders.
 #[test]
 fn light_through_the_floor() {
     agree_on(&room(THROUGH_THE_FLOOR, CLUTTER), &mixes());
@@ -86,7 +88,7 @@ fn glossy_floor_behind_clutter() {
     agree_on(&room_with_floor(PHONG), &mixes());
 }
 
-/// Microfacets from rough to nearly a mirror.
+/// Microfacets that range from rough to nearly a mirror.
 #[test]
 fn microfacet_floors_behind_clutter() {
     for alpha in [0.3, 0.05] {
@@ -99,7 +101,7 @@ fn occluder_touches_the_light() {
     agree_on(&room(SQUARE, TOUCHING), &mixes());
 }
 
-/// Shares count in proportion, however large they are.
+/// Only the ratios of shares matter, no matter how large they are.
 #[test]
 fn large_shares_are_shares() {
     let scene = room(SQUARE, CLUTTER);
@@ -111,7 +113,7 @@ fn large_shares_are_shares() {
     assert_eq!(large, light("line-area+point-area"));
 }
 
-/// With many samples optimal weights have less variance than those of the balance heuristic.
+/// With many samples, optimal weights have less variance than the weights of the balance heuristic.
 #[test]
 fn optimal_weights_pay() {
     let scene = room(SQUARE, CLUTTER);
@@ -124,8 +126,8 @@ fn optimal_weights_pay() {
         few.map(|p| trials(&renderer, &settings, p, 32).1.length_squared())
             .sum()
     };
-    // Measured 0.605 and 0.607. Of some 50 variances of 32 trials each the relative error is
-    // sqrt(2/31/50) = 4 %, in a ratio 5 %: 0.75 is 4 of its deviations away.
+    // Measured: 0.605 and 0.607. The relative error of some 50 variances of 32 trials each is
+    // sqrt(2/31/50) = 4 %, and 5 % in a ratio: 0.75 is 4 of its deviations away.
     let balance = variance("balance");
     assert!(variance("optimal") < 0.75 * balance);
     assert!(variance("clamped-optimal") < 0.75 * balance);

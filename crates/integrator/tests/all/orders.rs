@@ -1,22 +1,23 @@
-//! Orders of convergence, the reason for line samples: on an occluded light the standard deviation
-//! of lines falls faster with their number than that of points, if the lines' offsets are
-//! stratified.
+//! Orders of convergence are the reason for line samples: on a partly hidden light, the standard
+//! deviation of lines falls faster with their number than that of points, if the offsets of the
+//! lines are stratified.
 
 use crate::common::{CLUTTER, SQUARE, points, room};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_testkit::ztest::{Welford, critical_z, t_p_value, z_score_two};
 
-/// Numbers of samples; those of points are squares in jittered grids.
+/// The numbers of samples; for points they are squares, in jittered grids.
 const SAMPLES: [u32; 4] = [4, 16, 64, 256];
-/// Independent estimates of each order, of which the spread gives the interval.
+/// The number of independent estimates of each order, whose spread gives the interval.
 const GROUPS: u32 = 12;
-/// Trials of a group at each shading point.
+/// The number of trials of a group at each shading point.
 const TRIALS: u32 = 6;
-/// Of each of the tests below; the seeds are fixed, so that they pass always or never.
+/// The level of each of the tests below. The seeds are fixed, so that the tests pass always or
+/// never.
 const ALPHA: f64 = 1e-3;
 
-/// Shading points in penumbra: what lines see there varies, and light remains.
+/// Shading points in penumbra, where the light that lines see varies and is not zero.
 fn penumbra(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let mut workspace = Workspace::new();
     let mut all = points(renderer);
@@ -38,11 +39,11 @@ fn settings(estimator: &str, sampler: SamplerKind, samples: u32, seed: u64) -> S
     }
 }
 
-/// The slope of log σ over log N, by least squares: one for each group.
+/// The slope of log σ over log N by least squares, one for each group.
 ///
-/// σ² is the sample variance, averaged over the points. Its logarithm is biased by minus half its
-/// relative variance, some 1/(points × trials), which is the same for all N and no part of the
-/// slope.
+/// σ² is the sample variance, averaged over the points. The bias of its logarithm is minus half its
+/// relative variance, some 1/(points × trials). That is the same for all N, so that it does not
+/// change the slope.
 fn slopes(
     renderer: &Renderer<'_>,
     points: &[([u32; 2], ShadingPoint)],
@@ -71,7 +72,8 @@ fn slopes(
     (0..GROUPS).map(&mut slope).collect()
 }
 
-/// Whether the order is below `limit` (steeper) beyond doubt: a one-sided t test on the groups.
+/// Returns whether the order is certainly below `limit` (steeper): a one-sided t test on the
+/// groups.
 fn below(order: &Welford, limit: f64) -> bool {
     let t = order.z_score(limit);
     t < 0.0 && 0.5 * t_p_value(t, f64::from(GROUPS - 1)) < ALPHA
@@ -82,10 +84,10 @@ fn above(order: &Welford, limit: f64) -> bool {
     t > 0.0 && 0.5 * t_p_value(t, f64::from(GROUPS - 1)) < ALPHA
 }
 
-/// Theory: independent samples have the order −1/2 whatever they are. Stratified points see the
-/// discontinuities of visibility in N^½ of their N strata, which makes −3/4. Along a line
-/// visibility is integrated, so that of the offset a continuous function is left: −3/2 where it is
-/// smooth, −1 where an edge lies along the lines.
+/// Theory: independent samples always have the order −1/2. For stratified points, discontinuities
+/// of visibility are in N^½ of the N strata, which gives −3/4. Along a line, visibility is
+/// integrated, so that a continuous function of the offset remains: −3/2 if it is smooth, and −1 if
+/// an edge is parallel to the lines.
 #[test]
 fn stratified_lines_converge_at_a_higher_order_than_points() {
     let scene = room(SQUARE, CLUTTER);
@@ -96,7 +98,7 @@ fn stratified_lines_converge_at_a_higher_order_than_points() {
     points = points.into_iter().step_by(step).collect();
     let order = |estimator, sampler| {
         let order = slopes(&renderer, &points, (estimator, sampler));
-        // An interval as wide as what it is to tell apart would let anything pass.
+        // An interval as wide as the difference to be shown would let anything pass.
         let error = order.standard_error();
         assert!(error < 0.02, "{estimator} {sampler}: +- {error}");
         order
@@ -116,7 +118,7 @@ fn stratified_lines_converge_at_a_higher_order_than_points() {
         lines.mean(),
         plain.mean()
     );
-    // The control: the same lines with offsets that know nothing of each other fail that test.
+    // As a control, the same lines with independent offsets fail that test.
     let independent = order("line-analytic", SamplerKind::Independent);
     assert!(!below(&independent, -0.5) && !above(&independent, -0.5));
     assert!(above(&independent, -0.6), "{}", independent.mean());

@@ -1,4 +1,4 @@
-//! A renderer of one's own, which knows no scene, gives the light of this one on the same scene
+//! A renderer of one's own, without a scene, gives the same light as this crate on the same scene
 //! from a file.
 
 mod renderer;
@@ -24,9 +24,10 @@ AttributeEnd
 WorldEnd
 "#;
 
-/// Only roundings may differ: the random numbers are the same, and so are lights and blocker, whose
-/// corners are numbers of `f32`; points lie above the floor, which the own renderer does not have.
-/// From random number to light a sample takes some 50 roundings, and the mean has no worse.
+/// Only rounding may differ: the random numbers are the same, and so are the lights and the
+/// occluder, whose corners are `f32` numbers. Points are lifted above the floor, which the own
+/// renderer does not have. A sample has some 50 rounding errors between its random number and its
+/// light, and the mean has no larger error.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 #[test]
@@ -38,7 +39,7 @@ fn an_own_renderer_gives_the_same_light() {
     let mut workspace = Workspace::new();
     let mut point = renderer.shading_point([2, 2], &mut workspace).unwrap();
     (point.geometric_normal, point.normal, point.outgoing) = (DVec3::Z, DVec3::Z, DVec3::Z);
-    // The own renderer does not look beforehand which direction of lines suits a light.
+    // The own renderer does not probe which direction of lines is best for a light.
     for estimator in [
         "point-area",
         "line-area[orientation=parallel]",

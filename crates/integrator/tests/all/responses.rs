@@ -1,4 +1,4 @@
-//! What the materials of scene files become at a shading point.
+//! The reflections that materials of scene files have at a shading point.
 
 use linelit_bsdf::{Bsdf, Fresnel, Lobe, Reflection};
 use linelit_formats::LoadOptions;
@@ -6,7 +6,7 @@ use linelit_geometry::{DVec3, Frame};
 use linelit_integrator::{Renderer, ShadingPoint, Workspace};
 use linelit_testkit::rng::SplitMix64;
 
-/// The shading point in the middle of a floor of some material, seen from 45° along −x.
+/// The shading point in the middle of a floor of a material, seen from 45° along −x.
 fn floor(materials: &str) -> ShadingPoint {
     let text = format!(
         r#"
@@ -65,7 +65,7 @@ fn mirrors_send_the_view_on_and_reflect_no_light() {
     assert_eq!(bounce.weight, DVec3::splat(0.5));
 }
 
-/// Snell, from outside: sin t = sin 45°/1.5; radiance falls by η².
+/// Snell's law from outside: sin t = sin 45°/1.5. Radiance falls by η².
 #[test]
 fn glass_reflects_and_refracts() {
     let point = floor(r#"Material "glass" "float index" 1.5"#);
@@ -73,7 +73,7 @@ fn glass_reflects_and_refracts() {
         panic!("two bounces: {:?}", point.bounces)
     };
     let reflectance = Fresnel::Dielectric { eta: 1.5 }.at(0.5f64.sqrt()).x;
-    // The camera's ray is at 45° but for the f32 of the transform.
+    // The camera's ray is at 45° but for the f32 numbers of its transform.
     assert!((mirrored.weight.x - reflectance).abs() < 1e-7);
     assert!((refracted.direction.x - 0.5f64.sqrt() / 1.5).abs() < 1e-7);
     assert!(refracted.direction.z < 0.0);
@@ -108,12 +108,12 @@ fn roughness_is_remapped_and_follows_the_tangents() {
     );
     assert_eq!(plain.map(f64::to_bits), [0.1f64, 0.4].map(f64::to_bits));
     let remapped = facets(r#"Material "metal" "float roughness" .1"#);
-    // pbrt-v3's polynomial at ln 0.1, by hand.
+    // This is pbrt-v3's polynomial at ln 0.1, by hand.
     assert!((remapped[0] - 0.461_760_032).abs() < 1e-9, "{remapped:?}");
 }
 
-/// Materials as white as can be, with the most that each reflects of the light that comes from all
-/// around: its colours' sum, or what the model's documentation says.
+/// Materials that are as white as possible, with the largest fraction that each reflects of light
+/// from all around: the sum of its colours, or the bound that the model's documentation gives.
 const WHITE: [(&str, f64); 10] = [
     (r#"Material "matte" "rgb Kd" [ 1 1 1 ]"#, 1.0),
     (
@@ -160,7 +160,7 @@ const WHITE: [(&str, f64); 10] = [
     ),
 ];
 
-/// A white furnace, and light the same both ways, for what scene files make of materials.
+/// The materials of scene files pass a white furnace test, and are reciprocal.
 #[test]
 fn materials_keep_energy_and_are_reciprocal() {
     for (text, most) in WHITE {
@@ -177,7 +177,7 @@ fn materials_keep_energy_and_are_reciprocal() {
         for _ in 0..500 {
             let (wi, wo) = (up(1e-3), up(1e-3));
             let (ab, ba) = (bsdf.eval(wi, wo, n), bsdf.eval(wo, wi, n));
-            // Cosines are wrong by 4 ε, and those of 1e-3 by 1e3 times that.
+            // Cosines have errors of 4 ε, and cosines of 1e-3 have 1e3 times that.
             assert!((ab - ba).abs().cmple(ab * 1e-11).all(), "{text}: {ab} {ba}");
         }
         for _ in 0..16 {
@@ -191,7 +191,7 @@ fn materials_keep_energy_and_are_reciprocal() {
                 }
             }
             albedo /= f64::from(side * side);
-            // 4096 strata of a bounded weight, and more than nothing.
+            // 4096 strata of a bounded weight; it has to be more than zero.
             assert!(albedo.max_element() < most + 0.01, "{text}: {albedo}");
             assert!(albedo.min_element() > 0.01, "{text}: {albedo}");
         }

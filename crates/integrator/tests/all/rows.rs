@@ -1,4 +1,5 @@
-//! Rows of pixels, whose camera rays are traced together, against their pixels one by one.
+//! Rows of pixels, whose camera rays are traced together, are compared with their pixels one by
+//! one.
 
 use crate::common::{QUAD_AND_SPHERE, SQUARE, load, room_text};
 use linelit_geometry::DVec3;
@@ -20,7 +21,7 @@ AttributeEnd"#;
 fn a_row_is_its_pixels() {
     let cameras = [
         r#"Camera "perspective" "float fov" [ 60 ]"#,
-        // Rays along all axes.
+        // With this camera, each axis is the largest component of some rays.
         r#"Camera "perspective" "float fov" [ 170 ]"#,
         r#"Camera "orthographic""#,
         r#"Camera "environment""#,
@@ -40,7 +41,7 @@ fn a_row_is_its_pixels() {
             };
             let mut workspace = Workspace::new();
             for y in 0..16 {
-                // From anywhere on, beyond the film, too, and none.
+                // Rows may begin anywhere, extend beyond the film, or be empty.
                 for (x0, count) in [(0, 16), (3, 9), (5, 0), (12, 7)] {
                     let mut row = vec![DVec3::NAN; count];
                     renderer.row(&settings, [x0, y], &mut row, &mut workspace);
@@ -60,12 +61,13 @@ fn a_row_is_its_pixels() {
     assert!(lit > 1000 && dark > 1000, "{lit} lit, {dark} dark");
 }
 
-/// A film multiplies each camera sample, lights that are seen and mirrored ones, too.
+/// The scale of a film multiplies each camera sample, including lights that are seen directly or in
+/// mirrors.
 #[test]
 fn a_film_scales_its_picture() {
     let plain = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
     let mut scaled = plain.clone();
-    // A power of two, by which nothing is rounded.
+    // The scale is a power of two, so that nothing is rounded.
     scaled.film.scale = 0.25;
     let [plain, scaled] = [&plain, &scaled].map(Renderer::new);
     for pixel_samples in [1, 3] {
@@ -93,7 +95,7 @@ fn a_film_scales_its_picture() {
     }
 }
 
-/// Film places that no picture has are places all the same.
+/// Pixels outside any picture can be computed, too.
 #[test]
 fn rows_end_where_numbers_do() {
     let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
@@ -109,7 +111,8 @@ fn rows_end_where_numbers_do() {
     assert!(row.iter().all(|value| value.is_finite()));
 }
 
-/// What blocks of camera samples say, added in their order, is the pixel: whoever computes which.
+/// The sum of the blocks of camera samples, in their order, is the pixel, no matter where they were
+/// computed.
 #[test]
 fn a_pixel_is_its_blocks() {
     let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
@@ -125,7 +128,7 @@ fn a_pixel_is_its_blocks() {
         };
         assert_eq!(settings.sample_blocks().len(), blocks);
         let mut parts: Vec<_> = settings.sample_blocks().enumerate().collect();
-        // From the last on, each in a workspace of its own.
+        // Compute the blocks from the last one on, each with a workspace of its own.
         parts.reverse();
         let mut sums = vec![DVec3::ZERO; blocks];
         let mut seen = 0;
@@ -153,7 +156,7 @@ fn a_pixel_is_its_blocks() {
     );
 }
 
-/// Which trials a thread was given, and in which order, is not to be seen in what was counted.
+/// The counts do not show which trials a thread has computed, or in which order.
 #[test]
 fn an_estimate_counts_its_own_work_alone() {
     let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
@@ -185,8 +188,8 @@ fn an_estimate_counts_its_own_work_alone() {
     assert!(hidden > 100, "{hidden} estimates found nothing");
 }
 
-/// Known estimators that ask by rays alone get the same pixels from occluders for rays alone; any
-/// other among them has the occluders that it needs.
+/// Estimators that query visibility by rays alone get the same pixels from occluders that are built
+/// for rays. If any other estimator is among them, there are the occluders that it needs.
 #[test]
 fn occluders_for_rays_show_the_same() {
     let scene = load(&text(r#"Camera "perspective" "float fov" [ 60 ]"#));
@@ -220,8 +223,8 @@ fn occluders_for_rays_show_the_same() {
     }
 }
 
-/// Past holes `exact` takes lines, whose direction is known from a look at the light: also of a
-/// renderer that is built for `exact` alone.
+/// Past holes, `exact` takes lines, whose direction is known because the light was probed. This is
+/// also so for a renderer that is built for `exact` alone.
 #[test]
 fn exact_past_holes_takes_the_lines_of_any_renderer() {
     let slat = |y: f64| {

@@ -1,4 +1,4 @@
-//! One light at a time, and spheres as they are.
+//! One light is chosen at random for each sample; and spheres are exact or consist of facets.
 
 use crate::common::{
     CLUTTER, Comparison, MATTE, SQUARE, TRIANGLE, load, microfacets, points, room, room_text,
@@ -31,15 +31,16 @@ fn settings(estimator: &str) -> Settings {
     }
 }
 
-/// The pixels that see something to light: the lights themselves are black.
+/// The pixels that show a surface which reflects light; the lights themselves are black.
 fn lit_points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let mut all = points(renderer);
     all.retain(|(_, point)| !point.bsdf.is_black());
     all
 }
 
-/// Tests of settings against others at every sixth pixel, with this many trials each: choosing
-/// lights makes skew estimates, whose mean needs a few hundred to be normal.
+/// Tests of settings against others at every sixth pixel, with this many trials each. Choosing
+/// lights makes the distribution of estimates skew, so that their mean needs a few hundred trials
+/// to be normally distributed.
 fn agree(scene: &SceneDescription, reference: Settings, all: &[(Settings, u32)]) {
     let renderer = Renderer::new(scene);
     let pixels: Vec<_> = lit_points(&renderer).into_iter().step_by(6).collect();
@@ -54,7 +55,7 @@ fn agree(scene: &SceneDescription, reference: Settings, all: &[(Settings, u32)])
     let brightest = want.iter().map(|w| w.0.x).fold(0.0, f64::max);
     let mut lit = 0;
     for (point, want) in pixels.iter().zip(&want) {
-        // In the dark what is left of the light is met too seldom for a normal sum.
+        // In the dark, the remaining light is met too seldom for a normally distributed sum.
         if want.0.x < 0.03 * brightest {
             continue;
         }
@@ -76,7 +77,7 @@ fn many() -> SceneDescription {
     room(&[SQUARE, TRIANGLE, LINE, SPHERE].concat(), CLUTTER)
 }
 
-/// Every way to choose, with as many samples as its noise asks for.
+/// All choices of a light, with as many samples as their noise needs.
 const CHOICES: [(LightChoice, u32); 5] = [
     (LightChoice::Power, 64),
     (LightChoice::Uniform, 256),
@@ -108,7 +109,7 @@ fn every_choice_of_lights_gives_the_same_light() {
             };
             (settings, 256)
         });
-        // Points of the sphere that clutter nearly hides make a skew mean of few.
+        // Points of the sphere that clutter almost hides have a skew distribution.
         let samples = match spheres {
             Spheres::Facets => base.samples,
             Spheres::Exact => 256,
@@ -118,8 +119,8 @@ fn every_choice_of_lights_gives_the_same_light() {
     }
 }
 
-/// Thirty small lights over gloss, of which each point reflects one or two: every way that looks at
-/// the reflection has at most half of the variance of choosing uniformly.
+/// Thirty small lights are above a glossy floor, of which each point reflects one or two: all
+/// choices that consider the reflection have at most half of the variance of a uniform choice.
 #[test]
 fn choices_know_the_reflection() {
     let light = |i: u32| {
@@ -171,8 +172,8 @@ fn spheres_by_every_density() {
     agree(&scene, exact("point-solid-angle"), &all);
 }
 
-/// Lines and combinations on a sphere, a disk and a cylinder that files hold, against points on
-/// them.
+/// Lines and combinations on a sphere, a disk and a cylinder of scene files, compared with points
+/// on them.
 #[test]
 fn round_lights_by_lines() {
     const DISK: &str = "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [8 8 8]
@@ -216,10 +217,10 @@ fn a_sphere_is_lamberts() {
             ..settings("point-solid-angle")
         };
         let got = renderer.direct(&base, &point, pixel, &mut workspace).x;
-        // A smooth integrand over a net of 4096 points: (log N)/N is 2e-3 of its variation, which
-        // is some 0.3 of the mean here; Kd and L are f32.
+        // The integrand is smooth over a net of 4096 points: (log N)/N is 2e-3 of its variation,
+        // which is some 0.3 of the mean here. Kd and L are f32.
         assert!((got - want).abs() < 6e-4 * want, "{pixel:?} {got} {want}");
-        // By projected solid angle one point is the answer, to the rounding of f32.
+        // By projected solid angle, one point gives the exact value but for rounding to f32.
         let one = Settings {
             spheres: Spheres::Exact,
             samples: 1,
@@ -230,7 +231,7 @@ fn a_sphere_is_lamberts() {
     }
 }
 
-/// The facets have the area of the sphere: they are as bright, to their bulge.
+/// Facets have the area of the sphere, so that they are as bright, up to their deviation from it.
 #[test]
 fn facets_are_nearly_the_sphere() {
     let scene = room(SPHERE, "");
@@ -249,8 +250,8 @@ fn facets_are_nearly_the_sphere() {
     for (pixel, point) in lit_points(&renderer) {
         let a = renderer.direct(&base, &point, pixel, &mut workspace).x;
         let b = renderer.direct(&exact, &point, pixel, &mut workspace).x;
-        // 24 steps around and 12 along: middles of facets lie 0.9 % of the radius inside, their
-        // corners 0.8 % outside. The outline's area is off by at most twice that.
+        // With 24 steps around and 12 along, the middles of facets are 0.9 % of the radius inside
+        // and their corners 0.8 % outside. The area of the outline is off by at most twice that.
         assert!((a / b - 1.0).abs() < 0.018, "{pixel:?} {a} {b}");
     }
 }
@@ -299,7 +300,8 @@ fn names_round_trip() {
     assert!("round".parse::<Spheres>().unwrap_err().contains("facets"));
 }
 
-/// A light with an estimator of its own sends what it sends by that estimator alone.
+/// A light with an estimator of its own sends the same light as with that estimator in the
+/// settings.
 #[test]
 fn lights_have_estimators_of_their_own() {
     let two = format!("{SQUARE}\n{TRIANGLE}");
@@ -326,7 +328,7 @@ fn lights_have_estimators_of_their_own() {
     let other = light(&renderer, &lines);
     assert!(mixed.iter().zip(&by_lines).any(|(a, b)| a != b));
     for k in 0..mixed.len() {
-        // Each light's part appears once on both sides; sums of two are rounded by an ε.
+        // Each light's part occurs once on both sides; sums of two have a rounding error of ε.
         let (one, both) = (mixed[k] + other[k], by_lines[k] + by_rays[k]);
         assert!((one - both).abs().max_element() <= 4.0 * f64::EPSILON * both.max_element());
     }
@@ -334,8 +336,8 @@ fn lights_have_estimators_of_their_own() {
     assert_eq!(light(&renderer, &lines), by_lines);
 }
 
-/// A large light wholly behind a plate drowns two lamps, whatever chooses; sampled apart, it takes
-/// nothing from them, and the light is the same.
+/// A large light that is wholly behind a plate takes many samples from two lamps, by any choice. If
+/// it always gets all samples, it takes none from them, and the light is the same.
 #[test]
 fn a_hidden_light_apart_does_not_drown_the_others() {
     let sun = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -9 -9 8  -9 9 8  9 9 8  9 -9 8 ]"#;
@@ -367,11 +369,11 @@ fn a_hidden_light_apart_does_not_drown_the_others() {
             );
         }
         let gain = together / variance(&apart);
-        // A third of the samples at least went to the hidden light: 1.5 and more, less the noise of
-        // 64 trials over some 50 points, a few per cent.
+        // At least a third of the samples went to the hidden light, so that the ratio is 1.5 or
+        // more, minus the noise of 64 trials over some 50 points, which is a few per cent.
         assert!(gain > 1.3, "{lights}: {gain}");
     }
-    // All of them apart are all of them.
+    // If all lights always get all samples, no light is chosen at random.
     for light in 0..3 {
         assert!(renderer.set_light_apart(light, true));
     }

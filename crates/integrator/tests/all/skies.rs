@@ -1,4 +1,4 @@
-//! Skies in pictures: behind what cameras and mirrors see, and hidden with the lights.
+//! Skies in pictures: seen by cameras and in mirrors, and hidden together with the lights.
 
 use crate::common::load;
 use linelit_geometry::{DMat3, DVec3};
@@ -14,7 +14,7 @@ fn scene(world: &str) -> SceneDescription {
     load(&format!("{view}{world}"))
 }
 
-/// The radiance of the picture's middle.
+/// The radiance of the middle of the picture.
 fn middle(scene: &SceneDescription, change: impl Fn(&mut Settings)) -> DVec3 {
     let mut settings = Settings::default();
     change(&mut settings);
@@ -34,7 +34,7 @@ fn cameras_see_the_sky_unless_lights_are_hidden() {
         "{SKY}{SUN}LightSource \"infinite\" \"rgb L\" [ 1 1 1 ]\n"
     ));
     assert_eq!(middle(&two, |_| {}), DVec3::new(2.0, 3.0, 4.0));
-    // Outside of a portal a sky is black; through it, it shines. Portals are in the world.
+    // Outside a portal a sky is black, and through it, it shines. Portals are in world space.
     for (low, high, want) in [(-1, 1, DVec3::ONE), (4, 6, DVec3::ZERO)] {
         let through = scene(&format!(
             "Translate 5 0 0 LightSource \"infinite\" \"point3 portal\" \
@@ -44,8 +44,8 @@ fn cameras_see_the_sky_unless_lights_are_hidden() {
     }
 }
 
-/// A mirror straight ahead shows the sky behind the camera; a wall is lit by albedo times radiance,
-/// and by parallel light from behind the camera as E albedo/π.
+/// A mirror straight ahead shows the sky behind the camera. Such a sky lights a wall by albedo
+/// times radiance, and parallel light from behind the camera lights it by E albedo/π.
 #[test]
 fn mirrors_show_the_sky_and_walls_are_lit() {
     let wall =
@@ -59,15 +59,15 @@ fn mirrors_show_the_sky_and_walls_are_lit() {
     let matte = "Material \"matte\" \"rgb Kd\" [ .5 .5 .5 ]\n";
     let wall_lit = scene(&format!("{SKY}{matte}{wall}"));
     let lit = middle(&wall_lit, |s| s.estimator = Estimator::hybrid());
-    // Drawn by the cosine, without noise.
+    // It is sampled by the cosine, without noise.
     assert!(lit.distance(DVec3::new(0.5, 1.0, 1.5)) < 1e-12, "{lit}");
     let sunny = middle(&scene(&format!("{SUN}{matte}{wall}")), |_| {});
     let want = DVec3::splat(2.0 * 0.5 * std::f64::consts::FRAC_1_PI);
     assert!(sunny.distance(want) < 1e-12, "{sunny}");
 }
 
-/// What is below or beyond the bounds of a setting is its bound: no panic, and no end of memory or
-/// stack. Between two mirrors views never end.
+/// Settings below or above their bounds count as these bounds: there is no panic, and neither
+/// memory nor stack runs out. Between two mirrors, views would never end.
 #[test]
 fn settings_out_of_bounds_count_as_their_bounds() {
     let quad = |z: i32| {
@@ -92,7 +92,7 @@ fn settings_out_of_bounds_count_as_their_bounds() {
         middle(&wall, |s| (s.samples, s.pixel_samples) = (0, 0)),
         lit
     );
-    // In closed form, as many samples as there may be take no memory.
+    // In closed form, the largest number of samples needs no memory.
     let square = "AttributeBegin AreaLightSource \"diffuse\" Translate -1 -1 0 Shape \"quad\" \
                   \"point o\" [ 0 0 -1 ] \"vector u\" [ 1 0 0 ] \"vector v\" [ 0 1 0 ] AttributeEnd\n";
     let open = scene(&format!("{square}{}", quad(2)));
@@ -104,7 +104,7 @@ fn settings_out_of_bounds_count_as_their_bounds() {
     assert_eq!(by(u32::MAX), by(16));
 }
 
-/// All bits of a picture of 8 × 8 pixels, by so many threads.
+/// All bits of a picture of 8 × 8 pixels, by this many threads.
 fn bits(scene: &SceneDescription, settings: &Settings, threads: usize) -> Vec<[u32; 3]> {
     let window = Window {
         columns: 0..8,
@@ -117,7 +117,7 @@ fn bits(scene: &SceneDescription, settings: &Settings, threads: usize) -> Vec<[u
     pixels.iter().map(|v| v.map(f32::to_bits)).collect()
 }
 
-/// Light of the scene's first light from a sun of half a radian.
+/// The light of the scene's first light, which is a sun of half a radian.
 fn sunlit(scene: &mut SceneDescription) {
     let Light::Sky(sky) = &*scene.lights[0].light else {
         panic!("a sky");
@@ -171,8 +171,8 @@ fn pictures_do_not_depend_on_threads() {
     }
 }
 
-/// Nothing but a sky is the sky in all pixels, and one triangle before a sun has its irradiance,
-/// π L sin² 0.5.
+/// In a scene with only a sky, all pixels show the sky. A triangle that faces a sun has its
+/// irradiance, π L sin² 0.5.
 #[test]
 fn a_sky_alone_and_a_triangle_in_the_sun() {
     let settings = Settings::default();
@@ -189,7 +189,7 @@ fn a_sky_alone_and_a_triangle_in_the_sun() {
     let samples = 256;
     let got = middle(&lit, |s| s.samples = samples);
     let want = DVec3::new(1.0, 2.0, 3.0) * (0.5 * 0.5_f64.sin().powi(2));
-    // Cosines within the sun are in [0.877, 1], so that their deviation is below 0.062 of them.
+    // Cosines within the sun are in [0.877, 1], so that their relative deviation is below 0.062.
     let bound = critical_z(1e-4) * 0.062 / 0.877 / f64::from(samples).sqrt();
     assert!(
         (got / want - DVec3::ONE).abs().max_element() < bound,

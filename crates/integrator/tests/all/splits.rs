@@ -1,29 +1,34 @@
-//! One pattern over camera and light samples: however a number of samples is split into camera
-//! samples and light samples of each, the error of a pixel is that of as many light samples.
+//! Camera samples and light samples are parts of one pattern: no matter how a number of samples is
+//! split into camera samples with some light samples each, the error of a pixel is the error of as
+//! many light samples.
 
 use crate::common::load;
 use linelit_integrator::{LightChoice, Renderer, Settings, Workspace};
 use linelit_samplers::SamplerKind;
 use linelit_scene::SceneDescription;
 
-/// Camera samples and light samples of each, of 64 together and of 60.
+/// Splits into camera samples, and light samples of each, of 64 samples and of 60 samples.
 const SPLITS: [[u32; 2]; 4] = [[1, 64], [64, 1], [16, 4], [8, 8]];
 const UNEVEN: [[u32; 2]; 4] = [[1, 60], [60, 1], [10, 6], [12, 5]];
 
-/// The most that the root mean square error may be of that of light samples alone.
+/// The largest root mean square error, relative to the error with light samples alone.
 ///
-/// Strata of blocks have the size of those of one set. Their cells are up to four times as long as
-/// wide (two times that of a pattern and of its parts), which of a light that changes evenly leaves
-/// a variance of (4 + 1/4)/2 = 2.1 times that of squares; 1.5 times the error. Nets, and strata of
-/// lines, are the same. Where a choice is made once a sample, its groups are one more pattern, of
-/// which both may be half as many samples: for an error as N^−3/2, which is the steepest here, √2 ×
-/// 2^½ = 2 times. The errors of 144 pixels by two seeds tell a variance to √((kurtosis − 1)/288),
-/// which is .13 for a kurtosis of 6, and the ratio of two errors to .09 of itself: of a ratio of 2,
-/// five of these are less than what is left to 3.
+/// The strata of blocks have the size of the strata of one set. Their cells are up to four times as
+/// long as wide: two times because of the pattern, and two times because of its parts. For light
+/// that changes evenly, such cells have a variance of (4 + 1/4)/2 = 2.1 times the variance of
+/// squares, which is 1.5 times the error. Nets, and strata of lines, have no such factor.
+///
+/// If a choice is made once per sample, the groups of samples with the same choice are one more
+/// pattern, and both patterns may have half as many samples. For an error that falls as N^−3/2,
+/// which is the steepest here, this gives √2 × 2^½ = 2 times the error.
+///
+/// From the errors of 144 pixels by two seeds, a variance is known to √((kurtosis − 1)/288), which
+/// is .13 for a kurtosis of 6, and the ratio of two errors to .09 of itself. For a ratio of 2, five
+/// times that is less than the distance to 3.
 const MOST: f64 = 3.0;
 
-/// So small a piece of a floor that all samples of all pixels see the same light: one square light,
-/// or two, that clutter may hide in part.
+/// A piece of a floor that is so small that all samples of all pixels see the same light: one
+/// square light, or two, which clutter may hide in part.
 fn piece(camera: &str, more: &str) -> SceneDescription {
     load(&format!(
         r#"
@@ -45,7 +50,7 @@ WorldEnd
 }
 
 const ABOVE: &str = "LookAt .3 .2 .01  .3 .2 -1  0 1 0";
-/// Towards a mirror, which shows the same piece of the floor.
+/// A camera that looks at a mirror, which shows the same piece of the floor.
 const ASIDE: &str = "LookAt .9 .2 .3  1.2 .2 .15  0 0 1";
 const MIRROR: &str = r#"
 AttributeBegin
@@ -61,7 +66,8 @@ AreaLightSource "diffuse" "rgb L" [ 3 2 1 ]
 Shape "trianglemesh" "integer indices" [ 0 2 1 0 3 2 ] "point P" [ .9 -.5 .8  1.3 -.5 .8  1.3 .5 .6  .9 .5 .6 ]
 AttributeEnd"#;
 
-/// The relative mean squared error of the pixels by two seeds, against the light without noise.
+/// The relative mean squared error of the pixels by two seeds, compared with the light without
+/// noise.
 fn error(renderer: &Renderer<'_>, settings: &Settings, [pixel_samples, samples]: [u32; 2]) -> f64 {
     let mut workspace = Workspace::new();
     let exact = Settings {
@@ -89,8 +95,8 @@ fn error(renderer: &Renderer<'_>, settings: &Settings, [pixel_samples, samples]:
     sum / count
 }
 
-/// Asserts that no split of a number of samples has more than so many times the error of light
-/// samples alone.
+/// Asserts that no split of a number of samples has more than [`MOST`] times the error of
+/// light samples alone.
 fn assert_alike(renderer: &Renderer<'_>, settings: &Settings, splits: &[[u32; 2]]) {
     let alone = error(renderer, settings, splits[0]);
     for split in &splits[1..] {
@@ -118,7 +124,7 @@ fn settings(estimator: &str, sampler: SamplerKind) -> Settings {
 
 #[test]
 fn points_and_lines_have_the_same_error_for_any_split() {
-    // Where nothing is in between, lines in closed form have no noise.
+    // Without occluders, lines in closed form have no noise.
     let [points, line_points, lines] = ["point-area", "line-area", "line-analytic[control=none]"];
     for (occluder, estimators) in [
         ("", &[points, line_points][..]),
@@ -136,8 +142,8 @@ fn points_and_lines_have_the_same_error_for_any_split() {
     }
 }
 
-/// With slopes, 64 lines of one shading point have an order of −2, which a few of each of several
-/// have not: these have no more error than without.
+/// With slopes, 64 lines of one shading point have the order −2, but a few lines at each of several
+/// shading points do not. Slopes do not increase the error there.
 #[test]
 fn slopes_do_no_harm_to_lines_of_several_camera_samples() {
     let scene = piece(ABOVE, CLUTTER);
@@ -146,7 +152,8 @@ fn slopes_do_no_harm_to_lines_of_several_camera_samples() {
         for split in [[16, 4], [8, 8], [12, 5]] {
             let [slopes, none] = ["line-analytic", "line-analytic[control=none]"]
                 .map(|estimator| error(&renderer, &settings(estimator, sampler), split));
-            // Two variances to .13 each: three of their ratio's .18.
+            // Two variances are known to .13 each, and their ratio to .18, of which this is three
+            // times.
             assert!(slopes < 1.55 * none, "{sampler} {split:?}: {slopes} {none}");
         }
     }
@@ -204,7 +211,7 @@ fn combinations_are_one_pattern_over_camera_samples() {
     }
 }
 
-/// Each shading point of a path is one pattern over the camera samples, too.
+/// The samples of each shading point on a path are one pattern over the camera samples, too.
 #[test]
 fn what_a_mirror_shows_is_one_pattern_over_camera_samples() {
     let scene = piece(ASIDE, &format!("{MIRROR}{CLUTTER}"));
@@ -218,8 +225,8 @@ fn what_a_mirror_shows_is_one_pattern_over_camera_samples() {
     }
 }
 
-/// The order over camera samples is that over light samples: near −3/4 of stratified points of a
-/// light that is hidden in part and −3/2 of lines, and −1/2 of independent samples.
+/// The order over camera samples is the order over light samples: near −3/4 for stratified points
+/// of a partly hidden light, −3/2 for lines, and −1/2 for independent samples.
 #[test]
 fn errors_fall_with_camera_samples_as_with_light_samples() {
     let scene = piece(ABOVE, CLUTTER);
@@ -237,8 +244,9 @@ fn errors_fall_with_camera_samples_as_with_light_samples() {
             0.5 * (many / few).ln() / 64_f64.ln()
         };
         let [camera, light] = [[[4, 1], [256, 1]], [[1, 4], [1, 256]]].map(order);
-        // Two variances of 288 errors, to .13 each, are .18 of their ratio: an order to .02 of a
-        // factor of 64, and a difference of two to .03. Three of that.
+        // Two variances of 288 errors are known to .13 each, and their ratio to .18. An order over
+        // a factor of 64 is known to .02, and a difference of two orders to .03, of which this is
+        // three times.
         let name = format!("{estimator} {sampler}: {camera} {light}");
         assert!((camera - light).abs() < 0.09, "{name}");
         let steepest = if sampler == SamplerKind::Independent {

@@ -43,7 +43,7 @@ fn cases() -> Vec<Case> {
     ESTIMATORS.iter().enumerate().map(case).collect()
 }
 
-/// 8 × 8 pixels: black in a corner, a bright spot, colours.
+/// An image of 8 × 8 pixels: black in a corner, with a bright spot and colours.
 fn image() -> Texture {
     let pixel = |k: u32| {
         let (i, j) = (k % 8, k / 8);
@@ -61,7 +61,7 @@ fn image() -> Texture {
     }))
 }
 
-/// The scene with the image over its light.
+/// The scene with the image on its light.
 fn lit_by_image(mut scene: SceneDescription) -> SceneDescription {
     let light = &mut scene.lights[0];
     let Light::Area(area) = &*light.light else {
@@ -87,7 +87,7 @@ fn triangular_image_behind_clutter() {
     agree_on(&lit_by_image(room(TRIANGLE, CLUTTER)), &cases());
 }
 
-/// Lines by the texture are lines by area where the light goes through the floor.
+/// Lines by texture are lines by area if the light intersects the floor.
 #[test]
 fn image_through_the_floor() {
     let light = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
@@ -95,7 +95,7 @@ fn image_through_the_floor() {
     agree_on(&lit_by_image(room(light, CLUTTER)), &cases());
 }
 
-/// The light of an image with nothing in between is the sum over small parts of it.
+/// Without occluders, the light of an image is the sum over small parts of it.
 #[test]
 fn light_of_an_image_is_its_integral() {
     let scene = lit_by_image(room(SQUARE, ""));
@@ -106,8 +106,9 @@ fn light_of_an_image_is_its_integral() {
     let (origin, a, b) = area.polygon.as_parallelogram().unwrap();
     let renderer = Renderer::new(&scene);
     let all = points(&renderer);
-    // 64 parts to a pixel, whose emission is bilinear from middle to middle: the sum's error, a
-    // twelfth of the parts' square times second derivatives, is about 1e-5 of the whole.
+    // There are 64 parts for each pixel, whose emission is bilinear between the middles of pixels.
+    // The error of the sum is a twelfth of the square of the parts' size times second derivatives,
+    // which is about 1e-5 of the whole.
     const PARTS: u32 = 512;
     for point in all.iter().step_by(51) {
         let at = &point.1;
@@ -124,7 +125,7 @@ fn light_of_an_image_is_its_integral() {
         let want = sum * reflected / f64::from(PARTS * PARTS);
         for name in ["point-area", "point-texture", "line-texture", "hybrid"] {
             let (got, error) = trials(&renderer, &settings(name, 256, 5), point, 64);
-            // 5 deviations: with some 60 comparisons, 3e-5 that any is beyond.
+            // 5 deviations: of some 60 comparisons, one exceeds this with a probability of 3e-5.
             let allowed = 5.0 * error + 1e-4 * want;
             assert!(
                 (got - want).abs().cmple(allowed).all(),
@@ -134,8 +135,8 @@ fn light_of_an_image_is_its_integral() {
     }
 }
 
-/// Points by the texture have less variance than points that do not know it, and lines that know it
-/// less than lines that do not.
+/// Points by texture have less variance than points that do not use it, and lines by texture less
+/// than other lines.
 #[test]
 fn knowing_the_texture_pays() {
     let scene = lit_by_image(room(SQUARE, ""));
@@ -148,7 +149,7 @@ fn knowing_the_texture_pays() {
             .sum()
     };
     let of = |better: &str, worse: &str| variance(worse) / variance(better);
-    // Measured 3.83 and 3.84, within 1 % over three seeds.
+    // Measured: 3.83 and 3.84, within 1 % over three seeds.
     assert!(of("point-texture[mis=balance]", "point-area") > 3.0);
     let (knows, not) = (
         "line-texture[orientation=fixed:0]",

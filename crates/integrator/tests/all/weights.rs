@@ -1,4 +1,4 @@
-//! What weights of combinations do to noise, and what is said of them.
+//! The weights of combinations: their noise, and their documented properties.
 
 use crate::common::{CLUTTER, SQUARE, microfacets, points, room, room_with_floor};
 use linelit_integrator::{Renderer, Settings, ShadingPoint, Workspace};
@@ -7,7 +7,7 @@ use linelit_scene::SceneDescription;
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{Welford, critical_z};
 
-/// A sphere that hardly any direction of the BSDF meets.
+/// A sphere that directions from the BSDF hardly ever meet.
 const TINY_SPHERE: &str = r#"
 Translate 0 0 1.3
 Shape "sphere" "float radius" [ .01 ]"#;
@@ -33,7 +33,7 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-/// Estimates of all points that see some light, by a few seeds, over that light.
+/// Estimates at all points that receive some light, by a few seeds, divided by that light.
 fn estimates(
     renderer: &Renderer<'_>,
     lit: &[(([u32; 2], ShadingPoint), f64)],
@@ -48,9 +48,9 @@ fn estimates(
         .collect()
 }
 
-/// From one sample on and for any shares, by optimal weights the median error is no more than by
-/// those of the balance heuristic, and the median estimate no less: also where a round of samples
-/// may have none of a technique, and where one hardly ever meets the light.
+/// For one sample and more, and for any shares, the median error by optimal weights is no larger
+/// than by the balance heuristic, and the median estimate is no smaller. This also holds if a round
+/// of samples has none of a technique, and if a technique hardly ever meets the light.
 #[test]
 fn optimal_weights_are_no_worse_than_balance_in_the_median() {
     let scenes: [(&str, SceneDescription); 3] = [
@@ -90,8 +90,8 @@ fn optimal_weights_are_no_worse_than_balance_in_the_median() {
                     let n = values.len() as f64;
                     let darker = values.iter().filter(|v| **v < value).count() as f64;
                     let worse = values.iter().filter(|v| (**v - 1.0).abs() > error).count() as f64;
-                    // Beyond the median of as many others: each of both counts has the variance
-                    // n/4.
+                    // The bound is what the medians of as many other numbers may have: each of the
+                    // two counts has the variance n/4.
                     let most = 0.5 * n + limit * (0.5 * n).sqrt();
                     let text = format!("{name}, {share}:1, N = {samples}, {mis}");
                     assert!(darker < most, "{text}: {darker} of {n} below {value}");
@@ -102,9 +102,9 @@ fn optimal_weights_are_no_worse_than_balance_in_the_median() {
     }
 }
 
-/// Of two samples by two techniques, each round has one, and which technique draws it tells which
-/// one drew in the other round, whose coefficients it is weighted by. The mean stays right only
-/// because a round is weighted by the numbers that its techniques drew.
+/// Of two samples by two techniques, each round has one. Which technique draws it determines which
+/// one drew in the other round, whose coefficients weight it. The mean is only right because a
+/// round is weighted by the numbers of samples that its techniques in fact drew.
 #[test]
 fn optimal_weights_are_unbiased_for_the_fewest_samples() {
     let scene = room(SQUARE, "");
@@ -137,8 +137,9 @@ fn optimal_weights_are_unbiased_for_the_fewest_samples() {
     }
 }
 
-/// `average` gives each technique that reaches a point the same, whatever its share of the samples:
-/// of lines and directions of the BSDF that miss the light, half of what the lines say is left.
+/// `average` gives equal weights to all techniques that can sample a point, regardless of their
+/// shares of the samples. With lines, and directions of the BSDF that miss the light, half of the
+/// lines' estimate remains.
 #[test]
 fn the_average_does_not_know_of_shares() {
     let scene = room(TINY_SPHERE, "");
@@ -162,12 +163,12 @@ fn the_average_does_not_know_of_shares() {
                 ("line-solid-angle[mis=balance]", lines, seed),
                 point,
             );
-            // A weight, a quotient and a sum of up to three.
+            // The rounding of a weight, a quotient and a sum of up to three.
             let is_part = (got - part * alone).abs() <= 8.0 * f64::EPSILON * alone;
             halves += usize::from(is_part && alone > 0.0);
         }
-        // The sphere fills less than 1e-4 of the hemisphere: of 256 times three directions one
-        // meets it with probability .08 at most, ten with 1e-11.
+        // The sphere fills less than 1e-4 of the hemisphere: of 256 times three directions, one
+        // meets it with a probability of at most .08, and ten with 1e-11.
         assert!(
             halves + 10 > points.len(),
             "{estimator}: {halves} of {}",

@@ -15,7 +15,7 @@ use linelit_scene::SceneDescription;
 use linelit_testkit::chi2::sidak;
 use linelit_testkit::ztest::{critical_z, t_p_value, z_score};
 
-/// A floor seen from above, a square light over it, and whatever `occluders` says.
+/// A floor seen from above, a square light above it, and the text of `occluders`.
 pub(crate) fn room(light: &str, occluders: &str) -> SceneDescription {
     load(&room_text(light, occluders))
 }
@@ -48,11 +48,11 @@ pub(crate) fn load(text: &str) -> SceneDescription {
         .scene
 }
 
-/// A light that stands on the floor.
+/// An upright light on the floor.
 pub(crate) const ON_THE_FLOOR: &str = r#"Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ]
 "point P" [ -1.5 -1 0  -1.5 1 0  -1.5 1 1.5  -1.5 -1 1.5 ]"#;
 
-/// A quad whose edges run as the square light's, and a sphere.
+/// A quad whose edges are parallel to the edges of the square light, and a sphere.
 pub(crate) const QUAD_AND_SPHERE: &str = r#"
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 -0.5 1  0.2 -0.5 1  0.2 0.1 1  -0.5 0.1 1 ]
 AttributeBegin
@@ -64,7 +64,7 @@ AttributeEnd"#;
 pub(crate) const TOUCHING: &str = r#"
 Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point P" [ -0.5 0 2  0.5 0 2  0.5 0 1.4  -0.5 0 1.4 ]"#;
 
-/// A floor of microfacets of a roughness.
+/// A floor of microfacets with this roughness.
 pub(crate) fn microfacets(alpha: f64) -> String {
     format!(
         r#"Material "plastic" "rgb Kd" [ 0.2 0.1 0.3 ] "rgb Ks" [ 0.5 0.6 0.7 ] "float roughness" [ {alpha} ] "bool remaproughness" [ "false" ]"#
@@ -122,7 +122,7 @@ pub(crate) fn points(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
         .collect()
 }
 
-/// Mean and its standard error over independent trials, by channel.
+/// The mean over independent trials and its standard error, by channel.
 pub(crate) fn trials(
     renderer: &Renderer<'_>,
     settings: &Settings,
@@ -144,14 +144,14 @@ pub(crate) fn trials(
     (mean, (square / (n * (n - 1.0))).map(f64::sqrt))
 }
 
-/// One estimator to be held to solid-angle points.
+/// An estimator that is compared with points by solid angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
-    /// Its text form.
+    /// Its text.
     pub name: &'static str,
-    /// Samples of each trial.
+    /// The number of samples of each trial.
     pub samples: u32,
-    /// Whether what cannot matter is skipped.
+    /// Whether samples are skipped where they cannot contribute.
     pub skip: bool,
 }
 
@@ -185,8 +185,8 @@ pub(crate) fn agree_on(scene: &SceneDescription, cases: &[Case]) {
     for (k, case) in cases.iter().enumerate() {
         let mut comparison = Comparison::new(comparisons, TRIALS, case.samples);
         for (point, reference) in all.iter().zip(&truth) {
-            // A direction from the BSDF meets the light rarely: only where the light is no dimmer
-            // than a twentieth of the brightest do 32 x 512 of them make a normal sum.
+            // Directions from the BSDF rarely meet the light. Only where the light is at least a
+            // twentieth of the brightest is the sum of 32 x 512 of them normally distributed.
             if case.name == "point-bsdf" && reference.0.x < 0.05 * brightest {
                 continue;
             }
@@ -201,8 +201,8 @@ pub(crate) fn agree_on(scene: &SceneDescription, cases: &[Case]) {
     }
 }
 
-/// The shading points of a chequerboard but those beside the light: there the density of an area
-/// technique is unbounded, and what few samples give is not yet normally distributed.
+/// The shading points of a chequerboard, without those next to the light. There the density of a
+/// technique by area is unbounded, and the mean of a few samples is not yet normally distributed.
 pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], ShadingPoint)> {
     let Light::Area(area) = &*renderer.scene().lights[0].light else {
         panic!("an area light")
@@ -216,12 +216,12 @@ pub(crate) fn clear_of_the_light(renderer: &Renderer<'_>) -> Vec<([u32; 2], Shad
     all
 }
 
-/// Holds means of trials to others, pixel by pixel and all together.
+/// A comparison of means of trials with other means, pixel by pixel and for all pixels together.
 pub(crate) struct Comparison {
-    /// Of each of the two kinds of tests: α = 0.01 for all comparisons, after Šidák.
+    /// The level of each of the two kinds of tests: α = 0.01 for all comparisons, after Šidák.
     level: f64,
     trials: u32,
-    /// In each pixel.
+    /// The number of samples in each pixel.
     samples: f64,
     difference: f64,
     variance: f64,
@@ -230,7 +230,7 @@ pub(crate) struct Comparison {
 }
 
 impl Comparison {
-    /// Among this many comparisons, of so many trials of so many samples.
+    /// The comparison for this many comparisons in all, with this many trials of this many samples.
     pub(crate) fn new(comparisons: usize, trials: u32, samples: u32) -> Self {
         Self {
             level: sidak(0.01, comparisons),
@@ -243,15 +243,15 @@ impl Comparison {
         }
     }
 
-    /// What no sample saw does not show in the scatter. Were it more than a share of
-    /// ln(1/level)/n of all, one of n samples would have seen it; it may be worth as much as the
-    /// others.
+    /// Light that no sample met does not show in the deviation of the samples. If it were more than
+    /// a fraction ln(1/level)/n of the points, one of n samples would have met it. It may be as
+    /// bright as the rest.
     fn unseen(&self, samples: f64) -> f64 {
         -self.level.ln() / samples
     }
 
-    /// Holds means and their standard errors at a pixel to each other: Student's t, as trials are
-    /// few.
+    /// Compares means and their standard errors at a pixel by Student's t, since there are few
+    /// trials.
     pub(crate) fn add(
         &mut self,
         what: impl std::fmt::Debug,
@@ -261,7 +261,8 @@ impl Comparison {
         for c in 0..3 {
             let (a, b) = (got.0[c], want.0[c]);
             let error = got.1[c].hypot(want.1[c]);
-            // Quadrature, and where nothing varies, sums of a few hundred terms.
+            // This is the error of quadrature and, for constant values, of sums of a few hundred
+            // terms.
             let rounding = 1e-9 * b;
             let room = self.unseen(self.samples) * a.max(b) + rounding;
             let beyond = ((a - b).abs() - room).max(0.0);
@@ -279,8 +280,8 @@ impl Comparison {
         self.pixels += 1.0;
     }
 
-    /// Holds the sums over all pixels to each other, which have as many times the samples: a bias
-    /// that no pixel shows for itself shows there.
+    /// Compares the sums over all pixels, which have many more samples, so that they show a bias
+    /// that no single pixel shows.
     pub(crate) fn finish(self, what: impl std::fmt::Debug) {
         let unseen = self.unseen(self.samples * self.pixels);
         let room = (unseen + 1e-9) * self.light;

@@ -1,14 +1,16 @@
-//! The light of a horizontal square past triangles, slab by slab, in any number type.
+//! The oracle computes the light of a horizontal square past triangles, slab by slab, in any number
+//! type.
 
 use linelit_testkit::real::{Real, cross, dot, length, sub, vector};
 
 type Point<R> = [R; 2];
 
-/// `∫ max(0, cos θ) dω` over what is seen from `x` (normal +z) of the square of half side `half`
-/// about (0, 0, `height`), past triangles between x and its plane.
+/// Computes `∫ max(0, cos θ) dω` over the visible part of a square light, as seen from `x` with the
+/// normal +z. The square has the half side `half` and the centre (0, 0, `height`), and triangles
+/// may be between x and its plane.
 ///
-/// Between two corners or crossings of all edges, the visible part is trapezoids; Lambert's formula
-/// over each.
+/// Between two successive u at which edges end or cross, the visible part consists of trapezoids.
+/// Lambert's formula is applied to each.
 pub(crate) fn irradiance<R: Real>(
     x: [f64; 3],
     half: f64,
@@ -42,7 +44,7 @@ pub(crate) fn irradiance<R: Real>(
     sum
 }
 
-/// v on a side at u.
+/// The coordinate v of a side at u.
 fn on<R: Real>([a, b]: &[Point<R>; 2], u: &R) -> R {
     let slope = (b[1].clone() - a[1].clone()) / (b[0].clone() - a[0].clone());
     a[1].clone() + slope * (u.clone() - a[0].clone())
@@ -52,7 +54,7 @@ fn sides<R: Real>(polygon: &[Point<R>]) -> impl Iterator<Item = [Point<R>; 2]> +
     (0..polygon.len()).map(|i| [polygon[i].clone(), polygon[(i + 1) % polygon.len()].clone()])
 }
 
-/// All u within the square where something begins, ends or crosses.
+/// All u within the square at which an edge begins, ends or crosses another.
 fn events<R: Real>(polygons: &[Vec<Point<R>>], half: f64) -> Vec<R> {
     let all: Vec<_> = polygons.iter().flat_map(|p| sides(p)).collect();
     let mut out: Vec<R> = all.iter().map(|s| s[0][0].clone()).collect();
@@ -73,7 +75,7 @@ fn events<R: Real>(polygons: &[Vec<Point<R>>], half: f64) -> Vec<R> {
     out
 }
 
-/// The sides below and above each visible stretch between two events.
+/// The sides below and above each visible trapezoid between two events.
 fn visible<R: Real>(polygons: &[Vec<Point<R>>], from: &R, to: &R) -> Vec<[[Point<R>; 2]; 2]> {
     let middle = (from.clone() + to.clone()) * R::new(0.5);
     if !(to.clone() - from.clone() > R::new(1e-40)) {

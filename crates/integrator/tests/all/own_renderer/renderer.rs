@@ -1,4 +1,4 @@
-//! Direct light in a renderer that knows nothing of linelit's scenes, in 60 lines.
+//! This is a renderer of direct light in 60 lines that does not use linelit's scenes.
 
 use linelit_estimators::bsdf::Reflection;
 use linelit_estimators::geometry::{ConvexPolygon, DVec3, Frame};
@@ -26,7 +26,8 @@ impl Reflection for Chalk {
     }
 }
 
-/// Triangles of one's own that emit. All corners are numbers of `f32`, as those of scenes are.
+/// Triangles of one's own that emit light. All corners are `f32` numbers, like the corners of
+/// scenes.
 fn lights() -> [Light; 2] {
     [0.0, 2.0].map(|x| {
         let corners = [
@@ -41,7 +42,8 @@ fn lights() -> [Light; 2] {
     })
 }
 
-/// Radiance from the point `x` of a floor below them and below a triangle, to a viewer overhead.
+/// The radiance from the point `x` of a floor below these triangles and below an occluder, to a
+/// viewer overhead.
 pub(crate) fn radiance(x: DVec3, estimator: &str, samples: u32, seed: u64) -> DVec3 {
     let corners = [[-0.5, -0.25, 1.0], [0.5, -0.25, 1.0], [0.125, 0.5, 0.75]];
     let occluders = Occluders::build(&corners, &[[0, 1, 2]]);
