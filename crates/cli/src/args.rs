@@ -58,7 +58,7 @@ pub enum Command {
     /// Measure how the error falls with samples and with time; writes a report.
     #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
-    /// Compute the view factors of facets, past whatever stands in between, to a told error.
+    /// Compute the view factors of facets, past all that stands between them, with an error bound for each row.
     #[command(name = "viewfactors", after_help = viewfactors::VIEWFACTORS_EXAMPLES)]
     ViewFactors(ViewFactorsArgs),
     /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.
@@ -155,7 +155,7 @@ pub struct ReadArgs {
     #[arg(long)]
     pub strict: bool,
     /// The folder that must hold, itself or below it, the files that a scene names; by
-    /// default that of the scene's file.
+    /// by default the one of the scene's file.
     #[arg(long, value_name = "DIR", conflicts_with = "allow_outside")]
     pub root: Option<PathBuf>,
     /// Let a scene name files anywhere.

@@ -59,9 +59,9 @@ counters! {
         exact_fallbacks: "penumbra pairs handed by exact to lines",
         /// The pairs for which the estimator is named for a closed form, over the light or along
         /// lines, that does not exist here, so that only points were sampled.
-        points_in_place: "pairs by points in place of a closed form that there is not",
+        points_in_place: "pairs by points, since the requested closed form does not exist",
         /// The number of points that were sampled for [`points_in_place`](Self::points_in_place).
-        points_drawn_in_place: "points in place of closed forms that there are not",
+        points_drawn_in_place: "points drawn in place of closed forms that do not exist",
         /// The pairs with a sphere that triangles reach into, or with too many triangles in between
         /// to know: points by solid angle were sampled instead of lines, with a shadow ray for
         /// each.

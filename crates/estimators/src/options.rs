@@ -255,14 +255,14 @@ fn heuristic(
     use LinearHeuristic::{Balance, ClampedOptimal, Optimal, WeightedBalance};
     let name = mis.unwrap_or("clamped-optimal");
     if with.is_some() && (name != "balance" || nu.is_some()) {
-        return error("`with` stands beside `mis=balance`");
+        return error("`with` needs `mis=balance`");
     }
     let heuristic = find(&HEURISTICS, name, |names| {
         format!("mis `{name}`; expected {}", either(names))
     })?;
     Ok(match (heuristic, nu) {
         (Balance(_) | WeightedBalance, Some(_)) => {
-            return error(format!("`mis={name}` knows no nu"));
+            return error(format!("`mis={name}` has no parameter nu"));
         }
         (Balance(first), None) => Balance(with.unwrap_or(first)),
         (Optimal(_), Some(nu)) => Optimal(nu),

@@ -86,7 +86,7 @@ fn part(word: &str, shared: &mut Shared) -> Result<Part> {
         (Some((name, share)), _) if after.is_empty() => (name, share),
         (Some((name, _)), _) => {
             return error(format!(
-                "`{after}` after the options of `{name}`, whose share stands before them"
+                "`{after}` after the options of `{name}`, whose share must come before the options"
             ));
         }
         (None, Some(share)) => (before, share),

@@ -103,7 +103,7 @@ impl fmt::Display for Error {
             Self::Profile(i) => write!(f, "light {i} takes no profile, or does not exist yet"),
             Self::Setting => write!(
                 f,
-                "a margin is not in [0, 1), or the surface offset is none"
+                "a margin is not in [0, 1), or the surface offset is not a finite number of at least zero"
             ),
             Self::Samples(n) => write!(f, "{n} samples are more than {MOST_SAMPLES}"),
             Self::Point(i) => write!(f, "point {i} is not finite, or beyond 2^60"),

@@ -91,10 +91,10 @@ impl Library {
     pub fn lit(&self, mut loaded: Loaded, name: &str) -> Result<Loaded> {
         if !loaded.has_lights {
             if !linelit_formats::add_framing_light(&mut loaded.scene) {
-                bail!("`{name}` has no lights, and nothing that one could stand beside");
+                bail!("`{name}` has no lights, and no surface next to which a lamp could be placed");
             }
             (self.note)(format_args!(
-                "note: `{name}` has no lights: it is lit by a square beside the camera, which is \
+                "note: `{name}` has no lights: it is lit by a square lamp next to the camera, which is \
                  not in the file"
             ));
         }

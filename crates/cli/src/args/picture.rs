@@ -43,7 +43,7 @@ pub struct PictureArgs {
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Resolution in place of the scene's.
+    /// Resolution of the picture, instead of the scene's own.
     #[arg(long, value_name = "WxH")]
     pub resolution: Option<Resolution>,
     /// Part of the image to render, as fractions of it.
@@ -62,7 +62,7 @@ pub struct PictureArgs {
     /// Follow up to this many perfect mirrors and sheets of glass in a row.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=i64::from(Settings::MOST_BOUNCES)))]
     pub bounces: u32,
-    /// Layers beside the picture, in an EXR file, separated by commas.
+    /// Additional layers of the EXR file, separated by commas.
     #[arg(long, value_name = "LAYER,…", value_delimiter = ',')]
     pub aovs: Vec<Aov>,
 }

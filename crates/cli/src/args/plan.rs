@@ -92,7 +92,7 @@ pub struct PlannedArgs {
     /// Folder of the plan.
     #[arg(short, long, value_name = "PLAN")]
     pub output: PathBuf,
-    /// Print the script that runs the plan so, in place of its figures.
+    /// Print the script that runs the plan in this way, instead of its figures.
     #[arg(long, value_name = "SCHEDULER")]
     pub script: Option<Script>,
     /// Processes that the script starts.

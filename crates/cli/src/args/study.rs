@@ -38,7 +38,7 @@ pub struct StudyArgs {
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Run every step at the smallest size, whatever comes out: for tests.
+    /// Run every step at the smallest size, to test that it runs; its results mean nothing.
     #[arg(long, hide = true)]
     pub smallest: bool,
 }
@@ -56,13 +56,13 @@ pub struct ConvergeArgs {
     /// Folder for the report.
     #[arg(short, long, default_value = "out")]
     pub out: PathBuf,
-    /// Name the studies and what each costs, and do nothing.
+    /// List the studies with the cost of each, and run none of them.
     #[arg(long)]
     pub list: bool,
-    /// Measure all there is to measure, in place of the quick form (`claims` alone has both).
+    /// Measure everything, instead of the quick form (`claims` alone has both).
     #[arg(long, conflicts_with = "smallest")]
     pub full: bool,
-    /// Begin anew, whatever an interrupted study left in that folder to go on with.
+    /// Begin anew, even if an interrupted study in that folder could be continued.
     #[arg(long)]
     pub fresh: bool,
     /// Common flags.

@@ -295,7 +295,7 @@ fn errors_say_what_was_expected() {
         ("point-linear[technique=ltc,mis=power]", "clamped-optimal"),
         (
             "point-linear[technique=ltc,mis=balance,nu=1]",
-            "knows no nu",
+            "has no parameter nu",
         ),
         ("point-linear[technique=ltc,nu=2]", "0 to 1"),
         ("point-linear[mis=balance]", "technique=ltc"),
