@@ -3,7 +3,6 @@
 
 use crate::heuristics::{score, share};
 /// Returns the value of the quadratic ease-out curve.
-/// The quadratic ease-out curve.
 ///
 /// **Formula.** m(t) = c(2 − c), c = t clamped to [0, 1]: from 0 to 1 with slope 2 at 0 and slope 0
 /// at 1. NaN gives 0. **Reference.** Salesin & Jarosz 2019, below eq. 23.
