@@ -1,5 +1,5 @@
 //! Double-double arithmetic of about 31 digits that the compiler can evaluate: it computes the
-//! tables of [`power`](crate::power).
+//! tables of `power`.
 
 /// A number high + low, where the low part is at most half a unit in the last digit of the high
 /// part.

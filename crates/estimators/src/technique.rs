@@ -1,5 +1,5 @@
 //! Techniques are the ways to draw points or lines on a light, and to integrate along the lines.
-//! This module has their options as types; an [`Estimator`](crate::Estimator) consists of one or
+//! This module has their options as types; an `Estimator` consists of one or
 //! more of them.
 
 use PointDensity::{Area, Lobes, ProjectedSolidAngle, Proxy, SolidAngle, Texture, VisibleArea};
@@ -95,7 +95,7 @@ pub struct Lines {
 ///
 /// Where the reflection has no closed form, [`Integration::Exact`] and [`Integration::Cheapest`]
 /// integrate LTCs that resemble it, and sample the rest. Where there are no LTCs either, or the
-/// light has a texture, they sample points, of lines or of the light ([`Method`](crate::Method) has
+/// light has a texture, they sample points, of lines or of the light (`Method` has
 /// the details).
 ///
 /// In a combination, the first integral takes the samples of all of them, where the reflection has

@@ -1,7 +1,7 @@
-//! [`dispatch!`](crate::dispatch!): the macro by which a kernel is called on the instruction set
+//! `dispatch!`: the macro by which a kernel is called on the instruction set
 //! that was chosen at run time.
 
-/// Defines a function that runs a kernel on the instruction set of an [`Isa`](crate::Isa). The
+/// Defines a function that runs a kernel on the instruction set of an `Isa`. The
 /// kernel has the form `#[inline(always)] fn kernel<S: Simd>(s: S, …)`, and is compiled once for
 /// every instruction set; the function takes an `Isa` in place of `s`. Constant parameters of the
 /// function (`fn name<const N: usize> = …`) are passed to the kernel after `S`.

@@ -139,7 +139,7 @@ pub struct Avx2(());
 pub struct Avx512(());
 
 /// An instruction set, with the proof that the processor has it; kernels are
-/// [dispatched](crate::dispatch!) by it.
+/// dispatched (`dispatch!`) by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Isa {
     /// Plain Rust: [`InstructionSet::Scalar`].

@@ -28,7 +28,7 @@ impl<T, V> Numbers<T> for V where
 {
 }
 
-/// How many `f64` a formula computes at once: [`One`](crate::One), or eight ([`Simd`]).
+/// How many `f64` a formula computes at once: `One`, or eight ([`Simd`]).
 ///
 /// A formula that is generic over this trait is its own scalar version: there is one source for
 /// both, and they give the same bits. Every operation rounds in the same way everywhere, and

@@ -42,7 +42,7 @@ pub(crate) struct ClosedMeshes {
     /// [`TURNED`] if its orientation is opposite to the first triangle's; empty if there are no
     /// meshes.
     pub(crate) of: Vec<u16>,
-    /// The triangles that belong to [fine surfaces](crate::surfaces).
+    /// The triangles that belong to fine surfaces (`surfaces`).
     pub(crate) fine: FineTriangles,
 }
 

@@ -184,7 +184,7 @@ impl Occluders {
     }
 
     /// Builds the hierarchy over triangles that another hierarchy has found, such as those
-    /// [`SpaceBetween`](crate::SpaceBetween) a point and a light. Their numbers are their positions in the
+    /// `SpaceBetween` a point and a light. Their numbers are their positions in the
     /// iterator.
     #[must_use]
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {

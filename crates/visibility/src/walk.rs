@@ -4,7 +4,7 @@
 //! is still to be visited. Where the nearest child should come first, children wait with their
 //! depths ([`nearest_first`]); otherwise they are packed on a stack by one instruction
 //! ([`in_any_order`]). Two searches have loops of their own: the search for triangles in a shaft
-//! ([`crate::shaft::find`]) opens two nodes at a time, since it always visits everything that it
+//! (`shaft::find`) opens two nodes at a time, since it always visits everything that it
 //! finds; the search for silhouettes goes breadth first, so that it knows all nodes ahead and can
 //! prefetch them.
 

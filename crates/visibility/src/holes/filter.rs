@@ -3,7 +3,7 @@
 use linelit_geometry::intervals::Interval;
 use std::{fmt::Debug, sync::Arc};
 
-/// Cuts holes into triangles ([`Occluders::with_holes`](crate::Occluders::with_holes)): what
+/// Cuts holes into triangles (`Occluders::with_holes`): what
 /// Embree's filter functions do for rays, here for rays and for lines.
 ///
 /// Points of a triangle are given by the barycentric coordinates of its second and third corner, as

@@ -1,5 +1,5 @@
 //! Triangles with holes: a second hierarchy next to that of the solid triangles, and a filter. The
-//! queries of [`Occluders`](crate::Occluders) combine what is visible past both.
+//! queries of `Occluders` combine what is visible past both.
 
 pub(crate) mod alpha;
 mod collect;

@@ -1,5 +1,5 @@
 //! Fans: rays from one point, and the tests that they share.
-//! [`Occluders::any_hits`](crate::Occluders::any_hits) and `closest_hits` trace them.
+//! `Occluders::any_hits` and `closest_hits` trace them.
 //!
 //! In a leaf, eight triangles are first tested against the box that holds the directions of all
 //! rays. This shows for most triangles that they hide no ray, and for some that they hide all rays;

@@ -11,8 +11,8 @@
 //! visit by itself. (A beam is the box of all directions; slabs are the pairs of planes whose
 //! intersection is a box.)
 //!
-//! [`together`](crate::rays::together) uses packets for shadow rays,
-//! [`closest`](crate::rays::closest) for first hits.
+//! `rays::together` uses packets for shadow rays,
+//! `rays::closest` for first hits.
 
 use crate::{
     bvh::{Bvh, largest_inverse_at},

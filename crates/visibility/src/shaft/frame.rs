@@ -300,7 +300,7 @@ impl LightFrame {
     }
 }
 
-/// The corners of a light in a [`ShaftQuery`](crate::ShaftQuery): the two ends of a line, or 3 to
+/// The corners of a light in a `ShaftQuery`: the two ends of a line, or 3 to
 /// [`ConvexPolygon::CAPACITY`] corners of a polygon. The type ensures that no light has too many
 /// corners for a query.
 ///
