@@ -48,7 +48,7 @@ impl Watch {
     }
 
     /// Calls the callback for a file. Readers call it for the scene's own file; for other files
-    /// [`Assembly`](crate::Assembly) does.
+    /// `Assembly` does.
     pub fn tell(&self, name: &str, bytes: &[u8]) {
         if let Some(told) = &self.0 {
             told(name, bytes);

@@ -58,7 +58,8 @@ pub enum Command {
     /// Measure how the error falls with samples and with time; writes a report.
     #[command(after_help = CONVERGE_EXAMPLES)]
     Converge(ConvergeArgs),
-    /// Compute the view factors of facets, past all that stands between them, with an error bound for each row.
+    /// Compute the view factors of facets, past all that stands between them, with an error bound
+    /// for each row.
     #[command(name = "viewfactors", after_help = viewfactors::VIEWFACTORS_EXAMPLES)]
     ViewFactors(ViewFactorsArgs),
     /// Plan work for any number of machines: a folder that `run` works off and `merge` reads.

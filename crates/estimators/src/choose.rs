@@ -130,8 +130,8 @@ impl<'e, 'f> Choice<'e, 'f> {
         }
     }
 
-    /// Returns whether the choice may depend on the best density of points ([`MethodFacts::points`]),
-    /// which takes time to find.
+    /// Returns whether the choice may depend on the best density of points
+    /// ([`MethodFacts::points`]), which takes time to find.
     pub(crate) fn asks_for_density(&self) -> bool {
         let known = &self.facts.known;
         let (is_diffuse, has_region) = (

@@ -225,9 +225,9 @@ mod tests {
     use super::{is_exact_cheap, nearest_power_of_two};
     use crate::{Closed, KnownKind, LightKind, MethodFacts, OcclusionStats};
 
-    /// Six triangles before one point of ten cost next to nothing on average. Before all points they
-    /// cost more than a line, but less than sixteen lines or than points by lobes. Past dense shafts
-    /// the cost is not known.
+    /// Six triangles before one point of ten cost next to nothing on average. Before all points
+    /// they cost more than a line, but less than sixteen lines or than points by lobes. Past dense
+    /// shafts the cost is not known.
     #[test]
     fn closed_forms_are_cheap_where_few_points_need_them() {
         let seldom = OcclusionStats {

@@ -110,8 +110,8 @@ impl PilotLines {
                 };
                 sum.element_sum() / line.pdf.value()
             };
-            // An iterator fills the array: `from_fn` would not inline the closure, but call it for each
-            // line.
+            // An iterator fills the array: `from_fn` would not inline the closure, but call it for
+            // each line.
             let mut values = [0.0; PILOTS];
             let of_lines = (0..PILOTS).map(value);
             of_lines.zip(&mut values).for_each(|(v, out)| *out = v);

@@ -79,7 +79,8 @@ pub fn occluder_width(gap: f64, d_m: f64) -> f64 {
 /// [`border`].
 ///
 /// An end that is the light's own border has the gap 0: its factor is 1 here, and [`border`]
-/// smooths it. For smoothing of a fixed width (their Fig. 4, middle) pass infinite gaps at occluders.
+/// smooths it. For smoothing of a fixed width (their Fig. 4, middle) pass infinite gaps at
+/// occluders.
 ///
 /// ```
 /// use linelit_mis::smoothing::visible_interval;

@@ -139,9 +139,9 @@ impl Penumbra {
         let sizes = self.light.iter().flatten().map(|x| x.abs());
         self.unit = sizes.fold(0.0, f64::max);
         self.collect_around();
-        // Find a core: the bounding rectangle, narrowed so that the corners of a rectangular light's
-        // bounds are inside the light. Without a core, as for most other shapes, all edges are
-        // clipped, which takes time but changes no result.
+        // Find a core: the bounding rectangle, narrowed so that the corners of a rectangular
+        // light's bounds are inside the light. Without a core, as for most other shapes, all edges
+        // are clipped, which takes time but changes no result.
         let core = Bounds::of_all(&self.light).wider(-CLOSE * self.unit);
         let Bounds {
             low: [a, b],

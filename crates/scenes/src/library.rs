@@ -30,8 +30,8 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`SceneLocation::find`] finds. A built-in scene is made in memory, and no file
-    /// is opened.
+    /// Loads the scene that [`SceneLocation::find`] finds. A built-in scene is made in memory, and
+    /// no file is opened.
     ///
     /// # Errors
     /// The scene cannot be found or read.
@@ -91,7 +91,9 @@ impl Library {
     pub fn lit(&self, mut loaded: Loaded, name: &str) -> Result<Loaded> {
         if !loaded.has_lights {
             if !linelit_formats::add_framing_light(&mut loaded.scene) {
-                bail!("`{name}` has no lights, and no surface next to which a lamp could be placed");
+                bail!(
+                    "`{name}` has no lights, and no surface next to which a lamp could be placed"
+                );
             }
             (self.note)(format_args!(
                 "note: `{name}` has no lights: it is lit by a square lamp next to the camera, which is \

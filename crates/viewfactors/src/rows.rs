@@ -71,8 +71,8 @@ pub struct Plan {
     /// For each facet, the sum of the weights of its pairs that are partly hidden; these divide the
     /// facet's tolerance in proportion to their weights.
     pub weights: Vec<f64>,
-    /// The numbers of pairs by [`PairOutcome`](crate::PairOutcome): facing away, hidden, clear, and partly
-    /// hidden. A pair is two sides of convex parts, in either order.
+    /// The numbers of pairs by [`PairOutcome`](crate::PairOutcome): facing away, hidden, clear, and
+    /// partly hidden. A pair is two sides of convex parts, in either order.
     pub pairs: [u64; 4],
 }
 

@@ -14,9 +14,9 @@
 //! With a [`Filter`], as of an [`AlphaMask`], triangles have holes, for rays and lines
 //! ([`Occluders::with_holes`]).
 //!
-//! Renderers that have a hierarchy of their own can go on using it: [`SpaceBetween`] says which of its
-//! boxes may hold triangles between a point and a light, and [`Occluders::from_triangles`] takes
-//! the triangles that are found there.
+//! Renderers that have a hierarchy of their own can go on using it: [`SpaceBetween`] says which of
+//! its boxes may hold triangles between a point and a light, and [`Occluders::from_triangles`]
+//! takes the triangles that are found there.
 //!
 //! # How a shaft works
 //!

@@ -36,8 +36,8 @@ pub struct PictureArgs {
     /// Emissive spheres, disks and cylinders.
     #[arg(long, default_value = "exact", value_parser = spheres())]
     pub spheres: Spheres,
-    /// Take every sample, of lights that cannot contribute and where a closed form is known, too: to
-    /// measure what is saved. The mean stays.
+    /// Take every sample, of lights that cannot contribute and where a closed form is known, too:
+    /// to measure what is saved. The mean stays.
     #[arg(long)]
     pub no_skips: bool,
     /// Seed of the random numbers.

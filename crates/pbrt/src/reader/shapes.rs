@@ -155,7 +155,8 @@ impl Loader {
     fn add_line(&mut self, params: &Params, ends: [DVec3; 2], place: &Placement) -> Result<()> {
         let [p0, p1] = ends.map(|p| place.to_world.transform_point3(p));
         let Some(emission) = place.emission else {
-            let message = "a line without `AreaLightSource` is ignored: it neither emits nor hides anything";
+            let message =
+                "a line without `AreaLightSource` is ignored: it neither emits nor hides anything";
             return self.base.suspicious(message, "left out", params.at());
         };
         if emission.profile.is_some() {

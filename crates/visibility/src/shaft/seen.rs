@@ -83,8 +83,8 @@ impl ShaftState {
 }
 
 impl ShaftSearch<'_> {
-    /// Stores the triangles of a leaf in the mask `which` for [`ShaftSearch::project`]. There must be
-    /// capacity for eight more.
+    /// Stores the triangles of a leaf in the mask `which` for [`ShaftSearch::project`]. There must
+    /// be capacity for eight more.
     #[inline(always)]
     pub(crate) fn keep<S: Simd>(&mut self, s: S, child: Child, leaf: &Leaf, which: u8) {
         let codes = || self.backfaces.codes(child.leaf_index());

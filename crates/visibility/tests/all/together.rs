@@ -55,7 +55,8 @@ fn triangles_that_share_edges_hide_a_light_together() {
     let mut rng = SplitMix64::new(linelit_testkit::cases::seed(23));
     let (mut scratch, mut counts) = (Scratch::new(), [0; 3]);
     for case in 0..400_u32 {
-        // Lay the sheet, with or without a hole, and with more triangles that do not hide the light.
+        // Lay the sheet, with or without a hole, and with more triangles that do not hide the
+        // light.
         let n = [1, 1, 2, 3, 5][case as usize % 5];
         let mut mesh = sheet(&mut rng, n, 1.5, [0.0, 0.1][case as usize % 2]);
         let has_hole = case % 3 == 0;
