@@ -267,8 +267,8 @@ fn joined<T: ToString>(list: &[T]) -> String {
 }
 
 impl Default for StudySpec {
-    /// Points, lines and closed forms by three patterns on two scenes, in about a minute on two
-    /// cores.
+    /// Returns the default study: points, lines and closed forms by three sampling patterns on two
+    /// scenes, in about a minute on two cores.
     fn default() -> Self {
         Self {
             title: "Points and lines: direct light from area lights".to_owned(),
