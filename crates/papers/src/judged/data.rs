@@ -15,7 +15,8 @@ use std::fmt;
 use std::sync::LazyLock;
 use toml::{Table, Value};
 
-/// The claims of the papers, and what is measured for them.
+/// The contents of `claims.toml`: the claims of the papers, and the shading points and estimators
+/// that are measured for them.
 static BOOK: LazyLock<Book> =
     LazyLock::new(|| Book::read(include_str!("../../claims.toml")).expect("claims.toml is read"));
 
@@ -195,12 +196,12 @@ pub(crate) struct Claim {
     pub(super) check: Option<Check>,
 }
 
-/// The default of [`Claim::read`].
+/// Returns the default of [`Claim::read`]: the paper prints the number.
 fn printed() -> String {
     "printed".to_owned()
 }
 
-/// A measurement that checks a reason.
+/// A measurement that checks the reason why a claim is not confirmed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Check {
@@ -253,8 +254,8 @@ impl Book {
         Ok(book)
     }
 
-    /// Refuses claims whose fields do not fit together: every claim that is not confirmed needs a
-    /// reason, and if it was measured, a check of that reason.
+    /// Refuses a file with claims whose fields do not fit together: every claim that is not
+    /// confirmed needs a reason, and if it was measured, a check of that reason.
     fn check(&self) -> Result<()> {
         let mut ids = BTreeSet::new();
         for claim in &self.claims {
@@ -360,7 +361,7 @@ impl Book {
     }
 }
 
-/// Returns the first part of a path: the name of an entry of points, or of a function that
+/// Returns the first component of a path: the name of an entry of points, or of a function that
 /// measures.
 fn group(path: &str) -> &str {
     path.split('/').next().unwrap_or_default()
@@ -379,7 +380,7 @@ impl Claim {
         formulas.flat_map(|formula| formula.asks().map(|(_, path)| path))
     }
 
-    /// Returns the names of the entries of points, and of functions, that it needs.
+    /// Returns the names of the entries of points, and of the functions, that the claim needs.
     pub(super) fn groups(&self) -> impl Iterator<Item = &str> {
         self.paths().map(group)
     }

@@ -138,7 +138,7 @@ impl TryFrom<String> for Formula {
     }
 }
 
-/// The text of a formula that is still to be read.
+/// A reader of formulas: the rest of the text, which is still to be read.
 struct Reader<'t> {
     rest: &'t str,
 }
