@@ -35,7 +35,7 @@ impl EmissionSpec {
         }
     }
 
-    /// Creates an emission of constant radiance on the sides that this one has.
+    /// Creates an emission of constant radiance on the sides on which this emission has light.
     pub(crate) const fn emission(&self, radiance: DVec3) -> Emission {
         let two_sided = self.two_sided;
         Emission {
