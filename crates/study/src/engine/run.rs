@@ -111,8 +111,8 @@ fn times_into(seconds: f64, one: f64) -> u32 {
 }
 
 /// Runs a cell on all integrals. The trials are timed in passes over all integrals, each of as many
-/// trials as take [`PASS_SECONDS`] together. The values depend neither on these passes nor on the
-/// number of threads.
+/// trials as take 10 ms together. The values depend neither on these passes nor on the number of
+/// threads.
 #[must_use]
 pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::Settings> {
     run_span(problem, cell, (0..problem.integrals()).into())
