@@ -24,7 +24,7 @@ pub struct LoadOptions {
     /// The callback for the files that are read.
     pub watch: Watch,
     /// The point of the world relative to which vertices are stored. By default it is zero, or the
-    /// middle of the scene if that is [far away](linelit_geometry::origin_of_box).
+    /// centre of the scene's bounding box if that is [far away](linelit_geometry::origin_of_box).
     pub origin: Option<DVec3>,
 }
 
