@@ -29,7 +29,7 @@ pub enum Compression {
 }
 
 impl Default for Compression {
-    /// ZIP with level 1, the fastest way that makes files of radiance smaller.
+    /// Returns `zip` with level 1, the fastest compression that makes files of radiance smaller.
     fn default() -> Self {
         Self::Zip(1)
     }
