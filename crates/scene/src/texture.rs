@@ -349,7 +349,8 @@ fn mean_of_wave(x: f64, r: f64) -> f64 {
     (integral(to) - integral(from)) / (to - from)
 }
 
-/// The index of a row or column of `n` after wrapping; `None` beyond a black edge.
+/// Returns the index, from 0 to `n` − 1, of the row or column `i` after wrapping; `None` beyond a
+/// black edge.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

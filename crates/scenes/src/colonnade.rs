@@ -15,7 +15,8 @@ const HALF: f64 = 2.2;
 /// The height of a storey.
 const STOREY: f64 = 4.0;
 
-/// Returns a hall two storeys high, along x, in three variants, each with its light.
+/// Returns the files of a scene: a hall two storeys high, along x, in three variants, each with its
+/// light.
 pub(super) fn colonnade() -> Files {
     // Write a PLY file for each material.
     let mut geometry = String::new();
@@ -52,7 +53,7 @@ pub(super) fn colonnade() -> Files {
     files
 }
 
-/// Returns the files of a scene: the number of triangles of all meshes.
+/// Returns the number of triangles of all meshes of the hall.
 #[cfg(test)]
 pub(super) fn triangle_count() -> usize {
     parts()

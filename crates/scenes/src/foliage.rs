@@ -128,7 +128,7 @@ fn twigs() -> String {
     text
 }
 
-/// Returns three coordinates as text.
+/// Formats three coordinates as text.
 fn triple(of: [f64; 3]) -> String {
     let [x, y, z] = of.map(rounded);
     format!(" {x} {y} {z}")

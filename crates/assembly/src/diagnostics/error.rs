@@ -93,7 +93,7 @@ struct Diagnostic {
 }
 
 impl SceneError {
-    /// Returns an error without a location.
+    /// Creates an error without a location.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self(Box::new(Diagnostic {
             severity: "error",
@@ -148,7 +148,7 @@ impl SceneError {
         self
     }
 
-    /// Creates the kind of the error.
+    /// Returns the kind of the error.
     pub fn kind(&self) -> ErrorKind {
         self.0.kind
     }

@@ -232,7 +232,7 @@ enum Within<'a> {
 }
 
 impl Location<'_> {
-    /// Returns an error at this location; the label is printed next to the caret.
+    /// Creates an error at this location; the label is printed next to the caret.
     pub fn error(
         self,
         kind: ErrorKind,
@@ -242,7 +242,7 @@ impl Location<'_> {
         SceneError::new(kind, message).at(self, label)
     }
 
-    /// Creates the location with its line and column, for a message.
+    /// Returns the location with its line and column, for a message.
     pub(crate) fn place(self) -> Place {
         let (source, position) = match self.0 {
             Within::File(source) => (source, Position::File),

@@ -208,7 +208,8 @@ fn parse_property(words: &[&str]) -> std::result::Result<Property, String> {
     Ok(Property { name, length, item })
 }
 
-/// The line that begins at `at` and ends in LF, CR LF or CR; moves `at` to the next line.
+/// Returns the line that begins at `at` and ends in LF, CR LF or CR, and moves `at` to the next
+/// line.
 fn next_line(source: &Source, at: &mut usize) -> Span {
     let rest = &source.bytes()[*at..];
     // Do not search a binary file without line ends to its end: lines of a header are short.
