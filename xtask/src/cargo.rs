@@ -49,8 +49,8 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// Returns a cargo command that builds a part of a crate with optimization. It is silent, except
-/// for the first build, which takes a minute or two.
+/// Returns a cargo command that builds a part of a crate with optimization. The command prints
+/// nothing, except for the first build, which takes a minute or two.
 fn release(verb: &str, package: &str) -> Command {
     let mut run = cargo([verb, "--release", "--manifest-path"]);
     run.arg(root().join("Cargo.toml"));
