@@ -45,7 +45,8 @@ impl<'a> Sources<'a> {
         self.load_by(name, |library, loaded| library.lit(loaded, name))
     }
 
-    /// Reads a scene, and lights it by a function.
+    /// Reads a scene, and returns what `lit` makes of it: `lit` may add a light, or refuse a scene
+    /// without lights.
     fn load_by(
         &self,
         name: &str,

@@ -28,7 +28,8 @@ struct Comparison {
     metrics: ImageMetrics,
     /// The errors of red, green and blue.
     channels: [ChannelMetrics; 3],
-    /// The metadata that both files have with different values: name, picture's, reference's.
+    /// The metadata that both files have with different values: the name, the value in the picture
+    /// and the value in the reference.
     differing_metadata: Vec<(String, String, String)>,
 }
 
@@ -279,7 +280,7 @@ fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
     ((of(0) + of(1) + of(2)) / 3.0) as f32
 }
 
-/// Returns the first channel.
+/// Returns the first channel of an image, pixel by pixel.
 fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
 }
@@ -383,7 +384,7 @@ impl Picture {
         })
     }
 
-    /// Returns its pixels in a window, which is within its own.
+    /// Returns the picture's pixels in a window, which has to be within the picture's own window.
     fn part(&self, window: Window) -> Image {
         self.window.cut(&self.image, window)
     }

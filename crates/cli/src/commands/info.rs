@@ -17,7 +17,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-/// The largest number of pairs of pixel and light that the quick look at the plan may take.
+/// The largest number of pairs of a pixel and a light in the coarse picture by which `info` counts
+/// what the plan skips. Scenes with many lights get a smaller picture.
 const MAX_PAIRS: usize = 1 << 16;
 
 /// The contents of a scene.
@@ -38,7 +39,7 @@ struct Info {
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
-    /// The lights by kind, round ones as they are.
+    /// The lights by kind, with round lights as they are sampled: as spheres, disks and cylinders.
     lights: BTreeMap<&'static str, LightGroup>,
     /// The same as `lights`, which listed facets in earlier versions.
     exact_lights: BTreeMap<&'static str, LightGroup>,
@@ -65,11 +66,11 @@ struct LightRow {
     kind: &'static str,
     #[serde(flatten)]
     sum: LightGroup,
-    /// The number of its lights that emit nothing and are not sampled.
+    /// The number of lights of this row that emit no light and are not sampled.
     dark: usize,
 }
 
-/// The number and sums of lights of one kind.
+/// The number of lights of one kind, and the sums of their areas, lengths and powers.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct LightGroup {
     lights: usize,

@@ -20,8 +20,8 @@
 //!   killed and started again, on any machine), and [`Picture::gather`] combines them.
 //!
 //! A block is some of a pixel's camera samples, or one of its trials ([`PictureArgs::blocks`]). A
-//! part depends on its work alone, and blocks are added in their order, so that the picture is the
-//! same to the bit either way, however it was cut.
+//! part depends on its work alone, and blocks are added in their order, so that the picture has the
+//! same bits either way, however it was cut.
 
 mod assembly;
 mod part;

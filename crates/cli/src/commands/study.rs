@@ -70,7 +70,8 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
     }
 }
 
-/// Checks that a name refers to a scene, and suggests a study if it looks like a misspelt one.
+/// Checks that a name refers to a scene. The error suggests a study if the name looks like a
+/// misspelt study.
 fn scene_is_there(name: &str) -> Result<()> {
     SceneLocation::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);
@@ -111,7 +112,7 @@ pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs) -> Result<()> {
     first(name, BUILT_IN, &of_files(&args.common.read))
 }
 
-/// The reason why flags about the files of scenes are refused.
+/// The reason, for messages, why flags about the files of scenes are refused.
 const BUILT_IN: &str = "built-in scenes name no files";
 
 /// Returns the flags about the files of scenes, and whether they were given.
@@ -145,6 +146,7 @@ pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
 
 /// Applies the flags of the command line to a study.
 pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
+    // Shrink the study first, so that the other flags override the smallest sizes.
     if args.smallest {
         spec.shrink();
     }
@@ -161,6 +163,7 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
         spec.trials = trials;
         spec.independent_trials = None;
     }
+    // Pixels replace the named spots of a study, too.
     if let Some(pixels) = &args.pixels {
         spec.pixels.clone_from(pixels);
         spec.spots.clear();

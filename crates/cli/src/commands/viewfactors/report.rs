@@ -10,7 +10,8 @@ use linelit_study::short_name;
 
 /// The largest width and height of the picture of the matrix, in pixels.
 const MATRIX: usize = 512;
-/// The smallest factor that it shows, relative to the largest.
+/// The smallest factor that the picture of the matrix shows, relative to the largest factor;
+/// smaller ones have the darkest colour.
 const DECADES: f64 = 1e-6;
 /// The width and height of the picture of the facets, in pixels.
 const VIEW: [u32; 2] = [960, 720];
@@ -98,7 +99,7 @@ fn sums(found: &Found) -> Table {
     Table::new("", ["", "least", "mean", "most"], lines)
 }
 
-/// Formats a number with six decimals, or by a power of ten if these would not show it.
+/// Formats a number with six decimals, or by a power of ten if six decimals would not show it.
 fn shown(value: f64) -> String {
     match value.abs() {
         small if small > 0.0 && small < 1e-3 => format!("{value:.2e}"),
@@ -240,7 +241,7 @@ impl View {
         let towards = TOWARDS.normalize();
         let right = DVec3::Z.cross(towards).normalize();
         let axes = [right, right.cross(towards), towards];
-        // Find the extent of the vertices along the first two axes.
+        // Find the bounding box of the vertices along the first two axes.
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for vertex in factors.mesh.polygons.iter().flatten() {
             let vertex = DVec3::from_array(factors.mesh.vertices[*vertex as usize]);
@@ -249,7 +250,7 @@ impl View {
                 *end = [end[0].min(along), end[1].max(along)];
             }
         }
-        // Fit it into the picture.
+        // Fit the box into the picture.
         let [width, height] = VIEW.map(f64::from);
         let [across, down] = ends.map(|[low, high]| (high - low).max(f64::MIN_POSITIVE));
         let scale = 0.96 * (width / across).min(height / down);
