@@ -41,7 +41,7 @@ struct Entry {
     stride: u32,
 }
 
-/// Returns an effort.
+/// Creates an effort from its fields.
 fn effort(estimator: &'static str, samples: u32, replicates: u32) -> Effort {
     Effort {
         estimator,
