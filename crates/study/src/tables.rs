@@ -149,7 +149,7 @@ pub struct SlopeRow {
     /// The order that a paper reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
-    /// The figure or table of that paper (JSON only).
+    /// The figure or table of the paper that reports `paper_order` (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
 }

@@ -149,8 +149,9 @@ impl ReferencePart {
         }
     }
 
-    /// Adds these replicates to the replicates of all integrals. The result has the same bits
-    /// whenever parts are added in the same order; replicates beyond the last integral are ignored.
+    /// Adds the replicates of this part to the replicates of all integrals. The result has the same
+    /// bits whenever parts are added in the same order; replicates beyond the last integral are
+    /// ignored.
     pub(super) fn add_to(&self, all: &mut [Replicates]) {
         for (own, part) in all.iter_mut().skip(self.first).zip(&self.replicates) {
             own.join(part);

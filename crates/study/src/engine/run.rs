@@ -57,7 +57,7 @@ impl From<Range<usize>> for Span {
 pub struct CellRun<S> {
     /// The cell that was run.
     pub cell: Cell<S>,
-    /// The integrals that it was run on.
+    /// The integrals that the cell was run on.
     pub(super) span: Span,
     /// The estimates: `values[integral * trials + trial]`.
     pub values: Vec<DVec3>,

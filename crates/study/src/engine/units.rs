@@ -46,7 +46,7 @@ pub enum Unit {
 pub struct Planned {
     /// The unit.
     pub unit: Unit,
-    /// The estimate of its processor time, in seconds.
+    /// The estimate of the unit's processor time, in seconds.
     pub seconds: f64,
 }
 

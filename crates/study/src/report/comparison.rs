@@ -28,7 +28,7 @@ pub struct Named<'a> {
     pub image: &'a Image,
     /// The name in captions, a few words.
     pub name: &'a str,
-    /// The processor seconds that it took.
+    /// The processor seconds that the picture took.
     pub seconds: f64,
 }
 

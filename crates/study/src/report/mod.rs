@@ -75,7 +75,7 @@ pub struct Entry {
 pub struct Section {
     /// The heading.
     pub title: String,
-    /// One sentence under it.
+    /// The sentence under the heading.
     pub lead: String,
     /// Two pictures under a slider.
     pub comparison: Option<Comparison>,
@@ -144,7 +144,7 @@ impl Picture {
 /// A plot with its caption.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    /// The SVG, as [`crate::plots`] makes it.
+    /// The plot as SVG text, as [`crate::plots`] makes it.
     pub svg: String,
     /// The caption below the plot.
     pub caption: String,

@@ -36,7 +36,8 @@ pub struct Shortage {
     pub is_first: bool,
 }
 
-/// The largest part of a view's time that is set aside for its pictures.
+/// The largest fraction of a view's time that is set aside for its pictures. If they are expected
+/// to take more, no time is set aside for them.
 const PICTURES: f64 = 0.25;
 
 /// The weight, in seconds of measured time, of the speed that the plan assumes, when it is averaged

@@ -25,7 +25,7 @@ pub(super) struct Opened {
     pub(super) load_seconds: f64,
 }
 
-/// A renderer, and the seconds that it took to build.
+/// A renderer, and the seconds that building it took.
 pub(super) struct Built<'o> {
     pub(super) renderer: Renderer<'o>,
     pub(super) seconds: f64,

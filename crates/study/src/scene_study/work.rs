@@ -49,7 +49,7 @@ pub struct PlannedUnit {
     pub unit: SceneUnit,
     /// The name of the unit in messages.
     pub name: String,
-    /// An estimate of its processor time, in seconds.
+    /// An estimate of the unit's processor time, in seconds.
     pub seconds: f64,
     /// The indices of the units whose parts this unit reads.
     pub needs: Range<usize>,

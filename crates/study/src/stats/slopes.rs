@@ -29,9 +29,11 @@ pub const LEAST_TRIALS: usize = 5;
 pub struct Order {
     /// The exponent.
     pub order: f64,
-    /// The lower end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
+    /// The lower end of the confidence interval of `order`; NaN with fewer than [`LEAST_TRIALS`]
+    /// trials.
     pub ci_low: f64,
-    /// The upper end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
+    /// The upper end of the confidence interval of `order`; NaN with fewer than [`LEAST_TRIALS`]
+    /// trials.
     pub ci_high: f64,
     /// The smallest number of samples N that the line was fitted to.
     pub n_min: f64,
