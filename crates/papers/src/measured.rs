@@ -25,7 +25,7 @@ const MANY_PASSES: usize = 1000;
 pub(crate) struct Measured {
     /// The number.
     pub value: f64,
-    /// The lower and upper end of its interval.
+    /// The lower and upper end of the confidence interval; `None` if there were too few trials.
     pub interval: Option<[f64; 2]>,
 }
 

@@ -48,10 +48,11 @@ pub(super) struct Points {
     /// Whether estimators are timed, in turns and for a tenth of a second each.
     #[serde(default)]
     pub(super) timed: bool,
-    /// Whether errors are measured against many samples of the best method for these points.
+    /// Whether the errors at these shading points are measured against many samples of the method
+    /// that is best for them.
     #[serde(default)]
     pub(super) reference: bool,
-    /// The study that shows more about these points.
+    /// The named study that shows more about these shading points.
     #[serde(default)]
     pub(super) study: String,
     /// The sampler of the cells that name no other.
@@ -120,7 +121,7 @@ impl From<CellText> for Cell {
     }
 }
 
-/// A value that is read from its text.
+/// A value in `claims.toml` that is parsed from a string.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(
     try_from = "String",

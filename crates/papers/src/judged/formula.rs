@@ -144,7 +144,8 @@ struct Reader<'t> {
 }
 
 impl<'t> Reader<'t> {
-    /// Skips spaces, and reads the next character if it is one of these.
+    /// Skips spaces, and reads the next character if it is one of the characters `among`; otherwise
+    /// `None`.
     fn next(&mut self, among: &str) -> Option<char> {
         self.rest = self.rest.trim_start();
         let c = self.rest.chars().next().filter(|c| among.contains(*c))?;
