@@ -46,7 +46,7 @@ pub struct Camera {
     tangent: f64,
     /// The screen window `[x_min, x_max, y_min, y_max]`, if the file has one.
     pub screen_window: Option<[f64; 4]>,
-    /// The width over the height of the picture, if the file has it.
+    /// The width of the picture over its height, if the scene's file states this ratio.
     pub frame_aspect_ratio: Option<f64>,
     /// The number of pixels across and down.
     resolution: [u32; 2],

@@ -32,7 +32,7 @@ pub struct EmissionTexture {
     map: EmissionMap,
     /// A parallelogram that holds the light.
     around: ConvexPolygon,
-    /// The importance of the cells of that parallelogram.
+    /// The importance of the cells of the parallelogram `around`.
     importance: ImportanceImage,
     /// Whether the parallelogram is the light itself.
     fits: bool,

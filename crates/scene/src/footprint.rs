@@ -1,5 +1,6 @@
-//! The extent of a pixel: as a bundle of camera rays ([`RayDifferential`]), and as an area of a
-//! texture ([`Footprint`]), over which lookups are filtered.
+//! This module has the extent of a pixel, that is, how far it is from one pixel to the next, in two
+//! forms: as neighbouring camera rays ([`RayDifferential`]), and as a parallelogram on a texture
+//! ([`Footprint`]), over which lookups are filtered.
 
 use crate::texture::UvMapping;
 use linelit_geometry::{DVec2, DVec3};

@@ -18,7 +18,7 @@ pub struct ImageData {
     width: u32,
     height: u32,
     pixels: Pixels,
-    /// Whether the integers in its file are sRGB-encoded.
+    /// Whether the integers in the image's file are sRGB-encoded.
     srgb: bool,
     pyramids: Pyramids,
 }

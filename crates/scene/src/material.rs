@@ -181,9 +181,10 @@ pub enum MaterialKind {
         kt: Texture,
         /// The index of refraction.
         eta: Texture,
-        /// The roughness of the interface, which is smooth if it is zero.
+        /// The roughness of the interface; an interface of roughness zero is smooth.
         roughness: Roughness,
-        /// Whether it is a sheet without thickness, through which light passes straight on.
+        /// Whether the surface is a sheet without thickness, through which light passes straight
+        /// on.
         thin: bool,
     },
     /// A Lambertian surface under a rough dielectric coat (v4 `coateddiffuse`).

@@ -182,7 +182,8 @@ impl Topology {
         patches
     }
 
-    /// Returns the union of facets, if it is one convex polygon.
+    /// Returns the union of the facets of a patch, if the union is one convex polygon; otherwise
+    /// `None`.
     fn union(&self, facets: &[Facet], patch: &[usize]) -> Option<ConvexPolygon> {
         // Make a polygon of the outline.
         let outline = self.outline(patch)?;

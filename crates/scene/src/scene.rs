@@ -42,7 +42,8 @@ pub struct Mesh {
 pub struct Cutout {
     /// The mask of the points that the camera sees; `None` means all points.
     pub seen: Option<u32>,
-    /// The mask of those visible points that also cast shadows; `None` means all of them.
+    /// The mask of the points that cast shadows, among the points that the camera sees; `None`
+    /// means that all of these points do.
     pub shadow: Option<u32>,
 }
 

@@ -102,7 +102,7 @@ pub struct ImageTexture {
     pub mapping: UvMapping,
     /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],
-    /// The filter by which it is looked up over a pixel's footprint.
+    /// The filter by which the image is looked up over a pixel's footprint.
     pub filter: TextureFilter,
     /// A factor on every value.
     pub scale: f64,
