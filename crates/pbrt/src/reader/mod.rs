@@ -113,7 +113,7 @@ struct Object {
 #[derive(Clone, Debug)]
 enum Geometry {
     Mesh(Rc<MeshData>),
-    /// A linear light, by its ends.
+    /// A linear light, given by its two ends.
     Line(DVec3, DVec3),
     /// A round shape that emits. Its facets depend on its transform.
     Round(Round),
