@@ -32,8 +32,8 @@ pub type ByteImage = IntegerImage<u8>;
 pub type WordImage = IntegerImage<u16>;
 
 impl<T> IntegerImage<T> {
-    /// Creates a picture of these pixels; `None` if there are none, or their number does not fit
-    /// the size.
+    /// Creates a picture of these pixels, row by row from the top; `None` if there are none, or
+    /// their number does not fit the size.
     pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[T; 3]>) -> Option<Self> {
         let count = crate::image::area(width, height);
         (count > 0 && rgb.len() == count).then_some(Self { width, height, rgb })

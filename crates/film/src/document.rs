@@ -120,7 +120,7 @@ pub struct Document {
     pub world_to: [Option<[f32; 16]>; 2],
     /// The layers.
     pub layers: Vec<Layer>,
-    /// The metadata by their names, such as samples, seed, commit and estimator.
+    /// The metadata, texts by their names, such as samples, seed, commit and estimator.
     pub metadata: BTreeMap<String, String>,
 }
 

@@ -11,7 +11,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Pixels, DecodeError> {
     unpack(bytes)?.image(|channels| if channels > 2 { [0, 1, 2] } else { [0; 3] })
 }
 
-/// Reads the alpha channel of an image, or of its palette, as grey; `None` if it has none.
+/// Reads the alpha channel of an image, or of its palette, as grey; `None` if the image has no
+/// alpha channel.
 pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     let unpacked = unpack(bytes)?;
     let has_alpha = unpacked.channels.is_multiple_of(2);
