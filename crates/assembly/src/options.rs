@@ -71,14 +71,15 @@ impl fmt::Debug for Watch {
 /// another source should not read files that do not belong to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Root {
-    /// In the folder of the scene's file or below it; for a scene in memory, the working directory.
+    /// The files have to be in the folder of the scene's file or below it; for a scene in memory,
+    /// the working directory.
     #[default]
     SceneFolder,
-    /// In this folder or below it.
+    /// The files have to be in this folder or below it.
     Folder(PathBuf),
-    /// Anywhere.
+    /// The files may be anywhere.
     Anywhere,
-    /// In memory: only these files exist, by their names in the scene.
+    /// The files are in memory: only these files exist, by their names in the scene.
     Memory(Arc<BTreeMap<String, Vec<u8>>>),
 }
 

@@ -310,7 +310,7 @@ impl Source {
         }
     }
 
-    /// Creates a file of these bytes; `name` is its name in messages.
+    /// Creates a file in memory of these bytes; `name` is the name of the file in messages.
     pub fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
