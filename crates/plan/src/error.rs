@@ -25,7 +25,7 @@ pub enum PlanError {
     Broken {
         /// The file.
         path: PathBuf,
-        /// The reason why it is broken.
+        /// The reason why the file counts as broken.
         reason: String,
     },
     /// The folder holds another plan.

@@ -21,12 +21,12 @@ pub struct Plan {
     pub program: String,
     /// The kind of computation, such as `render`.
     pub kind: String,
-    /// The settings of that kind as JSON, including all defaults.
+    /// The settings of the computation as JSON, including all defaults.
     #[serde(with = "raw")]
     pub settings: String,
     /// The files that the work reads.
     pub inputs: Vec<Input>,
-    /// The units, in the order of their numbers.
+    /// The units of work. Other types refer to a unit by its index in this list.
     pub units: Vec<Unit>,
 }
 

@@ -62,12 +62,12 @@ pub enum Event<'a> {
 /// The numbers of units that a process computed, found and left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RunCounts {
-    /// The units that it computed.
+    /// The number of units that the process computed.
     pub computed: u32,
-    /// The units whose parts already existed.
+    /// The number of units whose parts already existed.
     pub found: u32,
-    /// The units without a part when the process ended: units of other shards, and units that were
-    /// left out.
+    /// The number of units without a part when the process ended: units of other shards, and units
+    /// that were left out.
     pub elsewhere: u32,
 }
 
