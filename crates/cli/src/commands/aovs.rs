@@ -16,7 +16,8 @@ pub(super) struct Rendered {
     pub(super) image: Image,
     /// The placement of the image in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
-    /// The matrices of the camera, as the file stores them.
+    /// The matrices from the world to the camera and to the picture, as
+    /// [`Document::world_to`](linelit_film::Document::world_to) has them.
     pub(super) world_to: [Option<[f32; 16]>; 2],
     /// Whether the picture is lit by a light that is not in the scene's file.
     pub(super) has_lamp: bool,

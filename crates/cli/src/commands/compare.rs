@@ -292,7 +292,7 @@ type Metadata = Vec<(String, String)>;
 struct Picture {
     /// The pixels in linear radiance.
     image: Image,
-    /// The window of these pixels in the whole picture.
+    /// The window of the whole picture that `image` has.
     window: Window,
     /// The size of the whole picture, and the coordinates that the file gives its first pixel.
     full: [u32; 2],
@@ -331,7 +331,7 @@ impl Picture {
         Ok(picture)
     }
 
-    /// Creates a picture whose pixels are all of it.
+    /// Creates a picture of an image that is the whole picture.
     fn whole(image: Image) -> Self {
         let (width, height) = (image.width, image.height);
         Self {
@@ -344,7 +344,7 @@ impl Picture {
         }
     }
 
-    /// Moves the pixels to their placement in the whole picture.
+    /// Sets the position of the image in the whole picture.
     fn place(&mut self, placement: Placement) {
         let span = |from: i32, size: u32| [i64::from(from), i64::from(from) + i64::from(size)];
         let ([x, y], image) = (placement.origin, &self.image);

@@ -45,7 +45,7 @@ struct Info {
     exact_lights: BTreeMap<&'static str, LightGroup>,
     /// The lights by kind with `--spheres facets`.
     facet_lights: BTreeMap<&'static str, LightGroup>,
-    /// The lights of the file, in its order.
+    /// The lights of the file, in the order of the file.
     light_rows: Vec<LightRow>,
     /// The number of materials, and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,
@@ -127,7 +127,7 @@ impl AddAssign for LightGroup {
 }
 
 impl LightRow {
-    /// Returns the numbers of the light, and its description.
+    /// Returns the indices of the light as text, and its description.
     fn describe(&self) -> [String; 2] {
         let range = |[first, last]: [u32; 2]| match first == last {
             true => format!("light {first}"),
@@ -193,8 +193,8 @@ fn look(scene: &mut SceneDescription) -> Look {
     ([side, side], counts.plan.rows().collect())
 }
 
-/// Returns the lights of the file, in its order. The facets of a shape that is sampled as a whole
-/// are one light, and all polygons of one shape share a row.
+/// Returns the lights of the file, in the order of the file. The facets of a shape that is sampled
+/// as a whole are one light, and all polygons of one shape share a row.
 fn light_rows(scene: &SceneDescription) -> Vec<LightRow> {
     let mut rows: Vec<LightRow> = Vec::new();
     let mut mesh_before = None;

@@ -297,7 +297,8 @@ impl Picture {
         Ok(())
     }
 
-    /// Returns the image that merging should write, after checking that it can be written.
+    /// Returns the path of the image that merging should write, after checking that it can be
+    /// written.
     fn image_path<'a>(&self, args: &'a MergeArgs) -> Result<&'a Path> {
         let Some(path) = &args.output else {
             let text = "merging a picture writes an image: -o IMAGE.exr, .pfm or .png";

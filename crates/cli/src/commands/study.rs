@@ -123,7 +123,7 @@ fn of_files(read: &ReadArgs) -> [(&'static str, bool); 2] {
     ]
 }
 
-/// Refuses the first of these flags that was given.
+/// Refuses the first of `flags` that was given, if any; `why` is the reason for the message.
 fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(UsageError(format!("`{name}` takes no {flag}: {why}")).into()),
@@ -181,7 +181,7 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
 struct Settings {
     /// The words of `converge` that the numbers depend on.
     converge: Vec<String>,
-    /// The values that follow from these words, for people who read the plan.
+    /// The values of the study's settings, for people who read the plan.
     settings: BTreeMap<String, String>,
 }
 
@@ -439,6 +439,7 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
             (Some(order), Some(source)) => format!("{order:.3} ({source})"),
             _ => String::new(),
         };
+        // With too few trials there is no interval.
         let [low, high] = [fit.ci_low, fit.ci_high].map(|end| {
             if end.is_finite() {
                 format!("{end:.3}")

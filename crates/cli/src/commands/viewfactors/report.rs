@@ -24,12 +24,14 @@ const LISTED: usize = 12;
 pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Report> {
     let name = short_name(&factors.name);
     let count = found.areas.len();
+    // Say how much was computed.
     let summary = format!(
         "{count} facets, {} factors that are not zero, in {seconds:.1} s; each row to a tolerance \
          of {:e}.",
         found.matrix.data.len(),
         factors.args.tolerance
     );
+    // Show the sums and errors of rows, the kinds of pairs, the matrix, and the view of the sky.
     let sections = vec![
         Section {
             title: "Rows".to_owned(),
@@ -59,6 +61,7 @@ pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Rep
             ..Section::default()
         },
     ];
+    // Put the page together, with the settings that are not on the command line.
     let title = format!("View factors of {name}");
     let mut report = Report::new(&title, vec![summary], sections);
     let moved = format!("{:.1e} at most", factors.facets.displacement());
@@ -73,6 +76,7 @@ pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Rep
 fn sums(found: &Found) -> Table {
     let rows = 0..found.areas.len();
     let with_sky = |row| found.sum(row) + found.matrix.sky[row];
+    // Collect each quantity, row by row of the matrix.
     let kinds: [(&str, Vec<f64>); 4] = [
         (
             "sum of a row",
@@ -88,6 +92,7 @@ fn sums(found: &Found) -> Table {
             rows.map(|row| found.error(row)).collect(),
         ),
     ];
+    // Summarize it in a line of the table.
     let lines = kinds.into_iter().map(|(name, values)| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
