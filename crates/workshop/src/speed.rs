@@ -184,6 +184,7 @@ pub(crate) fn run(args: &SpeedArgs, out: &mut Output) -> Result<()> {
 /// Prints the mean and the worst ratio of times, or all ratios as JSON.
 fn sum_up(cells: &[(f64, Value)], args: &SpeedArgs, out: &mut Output) -> Result<()> {
     let (date, processor) = (said(&["date", "+%F"]), processor());
+    // Find the geometric mean and the worst of the ratios.
     let mean = (cells.iter().map(|(ratio, _)| ratio.ln()).sum::<f64>() / cells.len() as f64).exp();
     let (ratio, worst) = cells
         .iter()

@@ -38,7 +38,7 @@ pub(super) struct Row {
     pub(super) reference_mean: f64,
     /// The ratio of the means over the pixels that are not left out.
     pub(super) mean_ratio: f64,
-    /// The standard error of that ratio, from the noise of both pictures.
+    /// The standard error of `mean_ratio`, from the noise of both pictures.
     pub(super) ratio_error: f64,
     /// The ratio of the means over all pixels.
     pub(super) mean_ratio_of_all: f64,

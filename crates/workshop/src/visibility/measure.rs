@@ -222,6 +222,8 @@ fn trace_lines(
     for &point in work.points {
         let query = ShaftQuery::new(point, work.light);
         let mut shaft = occluders.shaft(query, scratch);
+        // A line is wholly visible or wholly hidden where all of the light is; otherwise clip each
+        // line.
         match shaft.class() {
             ShaftClass::Empty => {
                 sum += lines.len() as f64;

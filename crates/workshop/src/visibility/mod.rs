@@ -114,7 +114,8 @@ fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<D
     points.iter().copied().filter(off).collect()
 }
 
-/// Returns a linear light along the middle of a light.
+/// Returns the two ends of a linear light across a polygonal light, from the midpoint of its first
+/// edge to the midpoint of its last edge but one.
 fn across(light: &[DVec3]) -> [DVec3; 2] {
     let last = light.len() - 1;
     [
