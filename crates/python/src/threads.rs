@@ -31,7 +31,7 @@ struct WorkerPool {
     /// The number of threads that calls request; zero means one thread for each core.
     threads: usize,
     pool: ThreadPool,
-    /// Set to make work on these threads unwind.
+    /// The flag that is set to make work on the pool's threads unwind.
     stop: Arc<AtomicBool>,
 }
 
