@@ -68,7 +68,7 @@ pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     status(run.args(target).arg("--").args(arguments))
 }
 
-/// Builds a program of a crate, as its users do.
+/// Builds a program of a crate with optimization, as its users do.
 pub(crate) fn build(package: &str, target: &[&str]) -> u8 {
     status(release("build", package).args(target))
 }

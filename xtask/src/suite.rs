@@ -99,7 +99,7 @@ fn new_seed() -> u64 {
     now.map_or(0, |t| u64::try_from(t.as_nanos()).unwrap_or(0))
 }
 
-/// The function of a part, which returns its problems.
+/// The function that runs a part of a step, and returns its problems.
 type Work = Box<dyn FnOnce() -> Vec<String> + Send>;
 
 /// A part of a step.
