@@ -156,8 +156,8 @@ impl Done {
 }
 
 /// Does work in this thread without the interpreter's lock, and checks for signals every 50 ms when
-/// the work asks whether to stop. The work must not use rayon: outside of a [`WorkerPool`] that means
-/// rayon's global pool, whose threads a forked child does not have.
+/// the work asks whether to stop. The work must not use rayon: outside of a [`WorkerPool`], that
+/// means rayon's global pool, whose threads a forked child does not have.
 pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let watch = || {
         // Make the query whether to stop check for signals, at most every 50 ms.
