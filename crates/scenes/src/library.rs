@@ -31,8 +31,8 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`SceneLocation::find`] finds. A built-in scene is made in memory, and no file
-    /// is opened.
+    /// Loads the scene that [`SceneLocation::find`] finds by this name. A built-in scene is made in
+    /// memory, and no file is opened.
     ///
     /// # Errors
     /// The scene cannot be found or read.
