@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Each of 126 repetitions has one lookup, of the 126 along each edge, in its middle, which is
+    /// Each of 126 repetitions has one lookup, of the 126 along each edge, at its centre, which is
     /// black: the light is sampled all the same.
     #[test]
     fn what_no_look_meets_is_still_a_texture() {
