@@ -22,8 +22,8 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
 }
 
-/// Returns, in a clone of the repository, the commit, and whether sources differ from it. A package
-/// that was unpacked inside some other repository is not a clone.
+/// Returns, in a clone of the repository, the commit, with a mark if sources differ from it; `None`
+/// elsewhere. A package that was unpacked inside some other repository is not a clone.
 fn of_checkout(package: &Path) -> Option<String> {
     let root = package.parent()?.parent()?;
     if git(package, &["rev-parse", "--show-prefix"])? != "crates/cli/" {
@@ -57,7 +57,7 @@ fn of_checkout(package: &Path) -> Option<String> {
     })
 }
 
-/// Returns, in a package, the commit that cargo noted there.
+/// Returns, in a package, the commit that cargo noted there; `None` elsewhere.
 fn of_package(package: &Path) -> Option<String> {
     let noted = package.join(".cargo_vcs_info.json");
     watch(&noted);

@@ -49,8 +49,8 @@ pub(crate) fn status(command: &mut Command) -> u8 {
     }
 }
 
-/// Returns a cargo command that builds a part of a crate with optimization. It is silent, except
-/// for the first build, which takes a minute or two.
+/// Returns a cargo command that builds a part of a crate with optimization. The command prints
+/// nothing, except for the first build, which takes a minute or two.
 fn release(verb: &str, package: &str) -> Command {
     let mut run = cargo([verb, "--release", "--manifest-path"]);
     run.arg(root().join("Cargo.toml"));
@@ -68,7 +68,7 @@ pub(crate) fn run(package: &str, target: &[&str], arguments: &[String]) -> u8 {
     status(run.args(target).arg("--").args(arguments))
 }
 
-/// Builds a program of a crate, as its users do.
+/// Builds a program of a crate with optimization, as its users do.
 pub(crate) fn build(package: &str, target: &[&str]) -> u8 {
     status(release("build", package).args(target))
 }

@@ -115,7 +115,7 @@ fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// The names of the program's commands.
+/// Returns the names of the program's commands.
 fn programs() -> impl Iterator<Item = &'static str> {
     PROGRAM.lines().filter_map(|line| line.split(' ').next())
 }

@@ -14,11 +14,11 @@ const STEPS: [&str; 12] = [
     "publish", "python",
 ];
 
-/// The steps that run with `--long`, or when they are named.
+/// The steps that run only with `--long`, or when they are named on the command line.
 const LONG: [&str; 2] = ["long", "outside"];
 
-/// The steps that run only when they are named: one needs crates.io, one Python and its package
-/// index.
+/// The steps that run only when they are named on the command line: one needs crates.io, the other
+/// Python and its package index.
 const NAMED: [&str; 2] = ["publish", "python"];
 
 /// The steps to run, and the seed of random cases.
@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
             }
         }
     }
-    // Wait for these, and print the summary.
+    // Wait for the parts that still run, and print the summary.
     let panicked = "a step that nobody waits for does not panic";
     outcomes.extend(beside.into_iter().map(|step| step.join().expect(panicked)));
     let status = summary(&outcomes);
@@ -92,14 +92,14 @@ pub(crate) fn run(arguments: &[String]) -> Result<u8, String> {
     Ok(status)
 }
 
-/// Returns a seed that no earlier run had.
+/// Returns a new seed for each run, from the time.
 fn new_seed() -> u64 {
-    // Nanoseconds of 500 years fit into it; if the clock is before 1970, the seed is not new.
+    // Nanoseconds of 500 years fit into the seed; if the clock is before 1970, the seed is not new.
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |t| u64::try_from(t.as_nanos()).unwrap_or(0))
 }
 
-/// The function of a part, which returns its problems.
+/// The function that runs a part of a step, and returns its problems.
 type Work = Box<dyn FnOnce() -> Vec<String> + Send>;
 
 /// A part of a step.
@@ -216,9 +216,10 @@ fn same_cases(mut command: Command) -> Command {
     command
 }
 
-/// Makes a command use sixteen times the usual number of random cases, from this seed. This also
-/// applies to properties that state their own number of cases (the tests' `cases(n)` scales it by
-/// 4096/256) and to loops of random numbers. A failing case is printed in its smallest form.
+/// Makes a command use sixteen times the usual number of random cases, from this seed. The larger
+/// number also applies to properties that state their own number of cases (the tests' `cases(n)`
+/// scales it by 4096/256) and to loops of random numbers. A failing case is printed in its smallest
+/// form.
 fn new_cases(mut command: Command, seed: u64) -> Command {
     command.env("PROPTEST_CASES", "4096");
     // Sixteen times as many cases may be rejected, too; the default is 1,024.

@@ -41,7 +41,7 @@ pub enum Holes {
 }
 
 impl Holes {
-    /// The index of the alpha mask, if there is one.
+    /// Returns the index of the alpha mask, if there is one.
     pub fn alpha(self) -> Option<u32> {
         match self {
             Self::Some(alpha) => Some(alpha),
@@ -66,13 +66,14 @@ pub struct Assembly {
     /// The images that have been decoded, by their names in the scene and whether their bytes are
     /// sRGB-encoded.
     images: HashMap<(String, bool), Arc<ImageData>>,
-    /// The luminance of images for which it was requested.
+    /// The luminance of the images for which a reader requested it, with the same keys as `images`.
     greys: HashMap<(String, bool), Arc<ImageData>>,
-    /// The alpha channels of images for which they were requested.
+    /// The alpha channels of the images for which a reader requested them, by the names of the
+    /// images.
     alpha_channels: HashMap<String, Arc<ImageData>>,
     /// The files that have been opened.
     opened: HashSet<PathBuf>,
-    /// The number of bytes of these files, each counted once.
+    /// The number of bytes of the files in `opened`, each counted once.
     distinct_bytes: u64,
     /// The number of bytes that have been read or unpacked, counted every time.
     read_bytes: u64,
@@ -83,7 +84,8 @@ pub struct Assembly {
 /// The number of bytes that a scene may read repeatedly: files that name each other many times
 /// would otherwise take any time.
 const FREE_REREADS: u64 = 1 << 26;
-/// The average number of times that files may be read beyond that.
+/// The average number of times that the files of a scene may be read, beyond [`FREE_REREADS`]. A
+/// scene that reads more is refused.
 const REREADS: u64 = 16;
 
 /// The number of bytes that the pixels of all images together may take for files of any size.
@@ -225,7 +227,7 @@ impl Assembly {
         added.map_err(|_| self.too_many_lights(at))
     }
 
-    /// The error for a shape with too many lights.
+    /// Returns the error for a shape with too many lights.
     fn too_many_lights(&self, at: Location<'_>) -> SceneError {
         let message = format!("more than {} lights", self.builder.max_lights);
         at.error(ErrorKind::Limit, message, "this shape has too many")
@@ -257,8 +259,8 @@ impl Assembly {
         Ok(Opened { path, whole, bytes })
     }
 
-    /// Counts bytes that were read or unpacked. The limit prevents that small files, read again and
-    /// again, take much time.
+    /// Counts bytes that were read or unpacked; it is an error if a scene reads too many. This
+    /// limit prevents that small files, read again and again, take much time.
     fn count_read(&mut self, name: &str, count: u64, at: Location<'_>) -> Result<()> {
         self.read_bytes += count;
         let limit = FREE_REREADS.saturating_add(REREADS * self.distinct_bytes);
@@ -273,7 +275,7 @@ impl Assembly {
         )))
     }
 
-    /// Whether a file of this name exists and the scene may name it.
+    /// Returns whether a file of this name exists and the scene may name it.
     pub fn has_file(&self, name: &str) -> bool {
         self.files.has(name)
     }
@@ -291,8 +293,8 @@ impl Assembly {
         Ok(file)
     }
 
-    /// The luminance of an image file, which is computed once; `None` in the same cases as for
-    /// [`Assembly::image`].
+    /// Returns the luminance of an image file, which is computed once; `None` in the same cases as
+    /// for [`Assembly::image`].
     pub fn luminance(
         &mut self,
         name: &str,
@@ -312,8 +314,8 @@ impl Assembly {
         Ok(Some(grey))
     }
 
-    /// An image file, which is read once; `None`, after a warning, if its format is not supported.
-    /// `srgb` says whether its integers are sRGB-encoded.
+    /// Returns an image file, which is read once; `None`, after a warning, if its format is not
+    /// supported. `srgb` says whether its integers are sRGB-encoded.
     pub fn image(
         &mut self,
         name: &str,
@@ -388,8 +390,8 @@ impl Assembly {
         }
     }
 
-    /// The alpha channel of an image file, or its luminance if it has no alpha channel; `None` in
-    /// the same cases as for [`Assembly::image`].
+    /// Returns the alpha channel of an image file, or its luminance if it has no alpha channel;
+    /// `None` in the same cases as for [`Assembly::image`].
     pub fn alpha_image(&mut self, name: &str, at: Location<'_>) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.alpha_channels.get(name) {
             return Ok(Some(Arc::clone(known)));
@@ -403,8 +405,8 @@ impl Assembly {
         Ok(Some(alpha))
     }
 
-    /// The alpha channel of an image from memory, as grey; `None` if it has no alpha channel or
-    /// cannot be read. ([`Assembly::decode`] reports images that cannot be read.)
+    /// Returns the alpha channel of an image from memory, as grey; `None` if it has no alpha
+    /// channel or cannot be read. ([`Assembly::decode`] reports images that cannot be read.)
     pub fn alpha_channel(
         &mut self,
         name: &str,
@@ -421,8 +423,8 @@ impl Assembly {
         Ok(Some(Arc::new(image)))
     }
 
-    /// The holes that a texture cuts into a shape, where its value is below the cutoff. There are
-    /// none, after a warning, if the texture cannot be an alpha mask.
+    /// Returns the holes that a texture cuts into a shape, where its value is below the cutoff.
+    /// There are no holes, after a warning, if the texture cannot be an alpha mask.
     pub fn alpha(&mut self, texture: Texture, cutoff: f64, at: Location<'_>) -> Result<Holes> {
         #[allow(clippy::cast_possible_truncation, reason = "numbers of masks are f32")]
         let cutoff = cutoff as f32;
@@ -485,7 +487,7 @@ impl Assembly {
     }
 }
 
-/// The image of a texture from the pixels of a picture file.
+/// Returns the image of a texture from the pixels of a picture file.
 fn image_of(pixels: Pixels, srgb: bool) -> Option<ImageData> {
     match pixels {
         Pixels::Bytes(p) => ImageData::new(p.width, p.height, p.rgb, srgb),

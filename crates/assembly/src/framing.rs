@@ -5,10 +5,10 @@ use linelit_geometry::glam::DAffine3;
 use linelit_geometry::{DMat3, DVec3};
 use linelit_scene::{Camera, Projection, SceneDescription};
 
-/// A camera that sees a whole box from the front, a little from the right and from above, in a
-/// right-handed world with y up.
+/// Creates a camera that sees a whole box from the front, a little from the right and from above,
+/// in a right-handed world with y up.
 pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
-    /// The angle of view.
+    /// The angle of view of the camera over the shorter side of the picture, in degrees.
     const FOV_DEGREES: f64 = 40.0;
     // Choose the distance so that the ball around the box fits into the angle of view.
     let centre = 0.5 * (lo + hi);
@@ -28,13 +28,13 @@ pub(crate) fn camera(lo: DVec3, hi: DVec3, size: [u32; 2]) -> Camera {
 }
 
 /// The position and the size of a framing light, relative to the distance from the camera to the
-/// middle of the scene: the distance up and to the left of the camera, the distance behind it, and
+/// centre of the scene: the distance up and to the left of the camera, the distance behind it, and
 /// half the side of the square.
 const LIGHT: [f64; 3] = [0.35, 0.05, 0.12];
 
-/// Adds a square light next to the camera, above it and to its left, which faces the middle of the
-/// scene. It is for files without lights, whose pictures would be black. A white surface in the
-/// middle that faces the light has a radiance of about one. The result is false if the scene is
+/// Adds a square light next to the camera, above it and to its left, which faces the centre of the
+/// scene. The light is for files without lights, whose pictures would be black. A white surface in
+/// the centre that faces the light has a radiance of about one. The result is false if the scene is
 /// empty.
 ///
 /// ```
@@ -62,14 +62,14 @@ pub fn add_framing_light(scene: &mut SceneDescription) -> bool {
     let axis = |v: DVec3| v.normalize_or_zero() * distance;
     let (right, up, forward) = (axis(axes.x_axis), axis(axes.y_axis), axis(axes.z_axis));
     let place = eye + aside * (up - right) - behind * forward;
-    // Turn the square to the middle of the scene.
+    // Turn the square to the centre of the scene.
     let Some(normal) = (centre - place).try_normalize() else {
         return false;
     };
     let u = right.cross(normal).try_normalize().unwrap_or(DVec3::Y) * (half * distance);
     let v = normal.cross(u);
     let corners = [place - u - v, place + u - v, place + u + v, place - u + v];
-    // Choose the radiance that gives the irradiance π in the middle.
+    // Choose the radiance that gives the irradiance π at the centre of the scene.
     let irradiance = std::f64::consts::PI;
     let square = (centre - place).length_squared();
     let radiance = |area: f64| DVec3::splat(irradiance * square / area);

@@ -4,15 +4,16 @@ use crate::diagnostics::{ErrorKind, Result, SceneError};
 use flate2::read::MultiGzDecoder;
 use std::io::Read as _;
 
-/// The largest number of bytes of output (a gigabyte of mesh or text is too large a scene anyway).
+/// The largest number of bytes of output, for a file of any size; larger files are refused (a
+/// gigabyte of mesh or text is too large a scene anyway).
 const MAX_OUTPUT: usize = 1 << 30;
-/// The number of bytes of output that is allowed for a file of any size.
+/// The number of bytes of output that is allowed however small the file is.
 const FREE_OUTPUT: usize = 1 << 26;
 /// The number of bytes of output that is allowed for each byte of a file; meshes and text compress
 /// by a smaller factor.
 const OUTPUT_PER_BYTE: usize = 64;
 
-/// The contents of a gzip file: all its members one after another.
+/// Returns the contents of a gzip file: all its members one after another.
 pub(crate) fn unpack(data: &[u8]) -> Result<Vec<u8>> {
     let limit = FREE_OUTPUT.saturating_add(OUTPUT_PER_BYTE.saturating_mul(data.len()));
     let limit = limit.min(MAX_OUTPUT);

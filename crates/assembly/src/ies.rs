@@ -144,7 +144,7 @@ pub fn read(source: &Source, warnings: &mut Warnings) -> Result<ProfileTable> {
     })
 }
 
-/// The year of the edition in the first line, such as `LM-63-2019`; 0 if the line has none.
+/// Returns the year of the edition in the first line, such as `LM-63-2019`; 0 if the line has none.
 fn edition(source: &Source) -> u32 {
     let bytes = source.bytes();
     let end = bytes.iter().position(|b| is_line_end(*b));
@@ -154,7 +154,7 @@ fn edition(source: &Source) -> u32 {
     year[..digits].parse().unwrap_or(0)
 }
 
-/// Whether a byte ends a line.
+/// Returns whether a byte ends a line.
 const fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
@@ -211,8 +211,8 @@ fn tilt(source: &Source, warnings: &mut Warnings) -> Result<usize> {
     ))
 }
 
-/// The horizontal angles in [0, 360) degrees in ascending order, each with the number of its column
-/// in the file. Columns that the file leaves to symmetry are repeated.
+/// Returns the horizontal angles in [0, 360) degrees in ascending order, each with the index of its
+/// column in the file. Columns that the file leaves to symmetry are repeated.
 fn unfolded(source: &Source, angles: &[Number]) -> Result<Vec<(f64, usize)>> {
     // Check that the angles ascend.
     let (first, last) = (angles[0], angles[angles.len() - 1]);

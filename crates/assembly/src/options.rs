@@ -24,7 +24,7 @@ pub struct LoadOptions {
     /// The callback for the files that are read.
     pub watch: Watch,
     /// The point of the world relative to which vertices are stored. By default it is zero, or the
-    /// middle of the scene if that is [far away](linelit_geometry::origin_of_box).
+    /// centre of the scene's bounding box if that is [far away](linelit_geometry::origin_of_box).
     pub origin: Option<DVec3>,
 }
 
@@ -71,14 +71,15 @@ impl fmt::Debug for Watch {
 /// another source should not read files that do not belong to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Root {
-    /// In the folder of the scene's file or below it; for a scene in memory, the working directory.
+    /// The files have to be in the folder of the scene's file or below it; for a scene in memory,
+    /// the working directory.
     #[default]
     SceneFolder,
-    /// In this folder or below it.
+    /// The files have to be in this folder or below it.
     Folder(PathBuf),
-    /// Anywhere.
+    /// The files may be anywhere.
     Anywhere,
-    /// In memory: only these files exist, by their names in the scene.
+    /// The files are in memory: only these files exist, by their names in the scene.
     Memory(Arc<BTreeMap<String, Vec<u8>>>),
 }
 

@@ -2,7 +2,8 @@
 
 use linelit_geometry::{DVec2, DVec3, Frame};
 
-/// The largest number of corners of a polygon that is not convex; the time grows with its square.
+/// The largest number of corners of a polygon that is not convex; polygons with more are an error,
+/// as the time grows with the square of this number.
 const MOST_CORNERS: usize = 1024;
 
 /// Appends the triangles of a polygon, whose `corners` are indices of `positions`, to `out`.
@@ -58,7 +59,7 @@ pub fn triangulate(
     Ok(())
 }
 
-/// Twice the signed area of a triangle: positive if a, b, c turn left.
+/// Returns twice the signed area of a triangle: positive if a, b, c turn left.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
@@ -121,7 +122,7 @@ mod tests {
         triangulate(polygon, &corners, &mut out).map(|()| out)
     }
 
-    /// The area of each triangle, seen from above.
+    /// Returns the area of each triangle, seen from above.
     fn areas(polygon: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> {
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| polygon[i as usize]);

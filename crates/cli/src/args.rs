@@ -24,7 +24,8 @@ pub use study::{ConvergeArgs, PlanConvergeArgs, StudyArgs};
 pub(crate) use viewfactors::ENDINGS;
 pub use viewfactors::{FactorArgs, PlanViewFactorsArgs, ViewFactorsArgs};
 
-/// A contradiction in the command line itself: the program exits with 2.
+/// An error in the command line itself, such as flags that contradict each other: the program exits
+/// with status 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct UsageError(pub String);
@@ -165,7 +166,8 @@ pub struct ReadArgs {
 }
 
 impl ReadArgs {
-    /// Reads scenes so, and says what is strange about them on standard error.
+    /// Returns a reader of scenes with these options, which prints warnings about scenes on
+    /// standard error.
     #[must_use]
     pub fn library(&self) -> Library {
         let options = LoadOptions {
@@ -315,10 +317,11 @@ pub struct ManArgs {
     pub dir: Option<PathBuf>,
 }
 
-/// The flags of a group that this process was given, defaults too, for any working folder.
+/// Returns the flags of the group `A` as words of a command line, with the values of this process
+/// or the defaults. Paths are absolute, so that the words are valid in any working folder.
 ///
 /// # Errors
-/// If a path cannot be made absolute, or is no text, which a plan could not keep.
+/// If a path cannot be made absolute, or is not valid text, so that a plan could not store it.
 pub fn given<A: Args>() -> Result<Vec<String>> {
     let mut own = Cli::command().get_matches();
     while let Some((_, below)) = own.remove_subcommand() {

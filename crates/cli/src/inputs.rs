@@ -45,7 +45,8 @@ impl<'a> Sources<'a> {
         self.load_by(name, |library, loaded| library.lit(loaded, name))
     }
 
-    /// Reads a scene, and lights it by a function.
+    /// Reads a scene, and returns what `lit` makes of it: `lit` may add a light, or refuse a scene
+    /// without lights.
     fn load_by(
         &self,
         name: &str,
@@ -121,7 +122,7 @@ pub fn whole_path(name: &str) -> Result<String> {
     })
 }
 
-/// Reads a scene of a plan again, by its number.
+/// Reads a scene of a plan again, given by its index among the plan's inputs.
 ///
 /// # Errors
 /// If the input cannot be found or read, or has changed since the plan was made.
@@ -131,7 +132,8 @@ pub fn open(folder: &Folder, number: usize, read: &ReadArgs) -> Result<SceneDesc
     })
 }
 
-/// Reads an input of a plan again, by its number; `again` is called with its name.
+/// Reads an input of a plan again, given by its index. `again` is called with a reader of scenes
+/// and the input's name.
 ///
 /// # Errors
 /// If the input cannot be found or read, or has changed since the plan was made.

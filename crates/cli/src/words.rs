@@ -1,4 +1,5 @@
-//! The words of the command line, and what is said of those that mean nothing.
+//! The values on the command line: how they are parsed, and the messages about words that are not
+//! understood.
 
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use linelit_film::Tile;
@@ -10,20 +11,24 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// The most samples of a light for one shading point: they are all in memory at once.
+/// The largest number of samples of a light for one shading point that the command line accepts:
+/// they are all in memory at once.
 pub const MOST_SAMPLES: i64 = linelit_estimators::MOST_SAMPLES as i64;
 
-/// The most threads for a core, beyond [`ALWAYS_THREADS`]: more than one of each only wait.
+/// The largest number of threads for each core that the command line accepts, on machines where
+/// this is more than [`ALWAYS_THREADS`] in all. More than one thread for each core only wait for
+/// each other.
 const THREADS_OF_CORE: usize = 4;
-/// Threads that any machine may start.
+/// The number of threads that the command line accepts on any machine.
 const ALWAYS_THREADS: usize = 64;
 
-/// A word that may be one of a list.
+/// A value on the command line that may be an element of a list ([`List`]).
 pub trait Word: Sized {
-    /// Reads a word.
+    /// Parses a word as a value of this type.
     ///
     /// # Errors
-    /// What is wrong with it, and the nearest word that is right, if there is one.
+    /// A text that says why the word is not valid, with the nearest valid word if there is a
+    /// similar one.
     fn read(text: &str) -> Result<Self, String>;
 }
 
@@ -53,7 +58,8 @@ impl Word for Estimator {
     }
 }
 
-/// A message about a word, with the nearest of the words that there are, if one is near.
+/// Returns a message about a word, to which the nearest of the `known` words is added if one is
+/// similar.
 fn did_you_mean(
     message: String,
     word: &str,
@@ -65,7 +71,8 @@ fn did_you_mean(
     }
 }
 
-/// Returns a parser of values, each with a line for `--help`, which hides those without one.
+/// Returns a parser of values by their names. `about` gives the line about each value in `--help`,
+/// which does not list values for which the line is empty.
 fn one_of<V: Clone + fmt::Display + Send + Sync + 'static>(
     values: &[V],
     about: impl Fn(&V) -> &'static str,
@@ -87,7 +94,7 @@ fn one_of<V: Clone + fmt::Display + Send + Sync + 'static>(
     PossibleValuesParser::new(possible).try_map(known)
 }
 
-/// A sampling pattern.
+/// Returns the parser of sampling patterns.
 pub(crate) fn sampler() -> impl TypedValueParser<Value = SamplerKind> {
     one_of(&SamplerKind::ALL, |kind| about_sampler(*kind))
 }
@@ -130,7 +137,7 @@ pub(crate) fn light_choice() -> impl TypedValueParser<Value = LightChoice> {
         LightChoice::Estimate => "one, by unshadowed light from a random point of each",
         LightChoice::Exact => "one, by the unshadowed light of each in closed form",
         LightChoice::Tree => "one, by a hierarchy of the lights: for thousands of them",
-        // Wrong on purpose, to show why.
+        // This choice is wrong on purpose, for a paper's figure, and so is not listed.
         LightChoice::Centre => "",
     })
 }
@@ -146,7 +153,7 @@ pub(crate) fn spheres() -> impl TypedValueParser<Value = Spheres> {
     )
 }
 
-/// Doublings of brightness.
+/// Parses a number of doublings of brightness, from −100 to 100.
 ///
 /// # Errors
 /// What is expected.
@@ -157,7 +164,7 @@ pub(crate) fn stops(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A path whose name must end in one of these.
+/// Returns the parser of a path whose name must end in one of these extensions (without the dot).
 pub(crate) fn path_ending(
     endings: &'static [&'static str],
 ) -> impl TypedValueParser<Value = PathBuf> {
@@ -171,7 +178,7 @@ pub(crate) fn path_ending(
     })
 }
 
-/// A number of threads that the machine has any use for.
+/// Parses a number of threads, which must not be more than the machine can use.
 pub(crate) fn threads(text: &str) -> Result<usize, String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = ALWAYS_THREADS.max(THREADS_OF_CORE * cores);
@@ -182,7 +189,7 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Seconds, more than none.
+/// Parses a positive number of seconds.
 ///
 /// # Errors
 /// What is expected.
@@ -193,17 +200,17 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A positive tolerance below one.
+/// Parses a tolerance, a number above 0 and below 1.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     let found = text.parse::<f64>().ok();
     let found = found.filter(|tolerance| *tolerance > 0.0 && *tolerance < 1.0);
     found.ok_or_else(|| "expected a number between 0 and 1".to_owned())
 }
 
-/// An instruction set that this processor has.
+/// Parses the name of an instruction set that this processor has.
 ///
 /// # Errors
-/// The sets there are.
+/// A text that names the instruction sets that the processor has.
 pub fn instruction_set(text: &str) -> Result<InstructionSet, String> {
     let set: InstructionSet = text.parse().map_err(|e| format!("{e}"))?;
     if set.is_available() {
@@ -223,7 +230,7 @@ pub fn instruction_set(text: &str) -> Result<InstructionSet, String> {
 /// `K=ESTIMATOR`: the estimator of one light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightEstimator {
-    /// The light's number in the scene, from 0.
+    /// The index of the light in the scene, from 0.
     pub light: u32,
     /// The estimator for the light.
     pub estimator: Estimator,
@@ -250,7 +257,8 @@ impl FromStr for LightEstimator {
 pub struct Crop(pub [f64; 4]);
 
 impl Crop {
-    /// The pixels of a picture that it stands for, at least one (pbrt: rounded up at both ends).
+    /// Returns the pixels that the crop window covers in a picture of this size, at least one. As
+    /// in pbrt, both ends are rounded up.
     #[must_use]
     pub fn window(self, width: u32, height: u32) -> Tile {
         let Self([x0, x1, y0, y1]) = self;

@@ -87,13 +87,13 @@ pub fn check_writable(path: &Path) -> Result<(), FilmError> {
 struct Destination<'a> {
     /// The path that the caller gave.
     asked: &'a Path,
-    /// The path after all symbolic links.
+    /// The path of the file after all symbolic links.
     file: PathBuf,
     /// The folder of the file.
     folder: PathBuf,
     /// The name of the file in its folder.
     name: OsString,
-    /// The permissions of an older file at this path.
+    /// The permissions of the older file at this path; `None` if there is no older file.
     older: Option<fs::Permissions>,
 }
 
@@ -141,7 +141,7 @@ impl<'a> Destination<'a> {
         }
     }
 
-    /// The prefix of the names of temporary files for this file.
+    /// Returns the prefix of the names of temporary files for this file.
     fn prefix(&self) -> OsString {
         let mut prefix = OsString::from(".");
         prefix.push(&self.name);
@@ -165,7 +165,7 @@ impl<'a> Destination<'a> {
         }
     }
 
-    /// Gives a new file the permissions of the one it replaces.
+    /// Gives a new file the permissions of the older file that it replaces, if there is one.
     fn older_permissions(&self, file: &File) -> io::Result<()> {
         match &self.older {
             Some(permissions) => file.set_permissions(permissions.clone()),
@@ -174,8 +174,8 @@ impl<'a> Destination<'a> {
     }
 }
 
-/// The permissions of the file that is to be replaced, if there is one; an error if it must not be
-/// replaced.
+/// Returns the permissions of the file that is to be replaced, if there is one; an error if it must
+/// not be replaced.
 fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
     let metadata = match fs::metadata(file) {
         Ok(metadata) => metadata,
@@ -199,7 +199,7 @@ fn older(file: &Path) -> io::Result<Option<fs::Permissions>> {
     Ok(Some(metadata.permissions()))
 }
 
-/// The path after all symbolic links, whether or not a file exists there.
+/// Returns the path after all symbolic links, whether or not a file exists there.
 fn behind_links(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -214,7 +214,7 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
 }
 
-/// The folder of a file.
+/// Returns the folder of a file.
 fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -222,8 +222,8 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// The number of the process that wrote a temporary file, from the file's name, which is the prefix
-/// and `PID-SERIAL.tmp`.
+/// Returns the number of the process that wrote a temporary file, from the file's name, which is
+/// the prefix and `PID-SERIAL.tmp`.
 fn writer_of(name: &[u8], prefix: &[u8]) -> Option<u32> {
     let rest = name.strip_prefix(prefix)?.strip_suffix(b".tmp")?;
     let (process, serial) = std::str::from_utf8(rest).ok()?.split_once('-')?;
@@ -231,14 +231,14 @@ fn writer_of(name: &[u8], prefix: &[u8]) -> Option<u32> {
     process.parse().ok()
 }
 
-/// Whether a process does not exist. It is false where the system has no `/proc`, by which this is
-/// known.
+/// Returns whether no process with this number exists. The result is false where the system has no
+/// `/proc`, from which this is known.
 fn is_dead(process: u32) -> bool {
     let processes = Path::new("/proc");
     processes.join("self").exists() && !processes.join(process.to_string()).exists()
 }
 
-/// Whether no process has locked a file.
+/// Returns whether no process has locked a file.
 fn is_unlocked(file: &Path) -> bool {
     File::open(file).is_ok_and(|file| file.try_lock().is_ok())
 }

@@ -29,7 +29,7 @@ pub enum Compression {
 }
 
 impl Default for Compression {
-    /// ZIP with level 1, the fastest way that makes files of radiance smaller.
+    /// Returns `zip` with level 1, the fastest compression that makes files of radiance smaller.
     fn default() -> Self {
         Self::Zip(1)
     }
@@ -73,7 +73,7 @@ pub(crate) struct Zip {
 }
 
 impl Zip {
-    /// A compressor of a level, which is clamped to 1 to 9.
+    /// Creates a compressor with a compression level, which is clamped to 1 to 9.
     pub(crate) fn new(level: u8) -> Self {
         let level = flate2::Compression::new(u32::from(level.clamp(1, 9)));
         Self {
@@ -83,8 +83,8 @@ impl Zip {
         }
     }
 
-    /// The bytes that represent a block in a file: compressed, or unchanged if compression does not
-    /// make it shorter.
+    /// Returns the bytes that represent a block in a file: compressed, or unchanged if compression
+    /// does not make it shorter.
     pub(crate) fn pack(&mut self, block: Vec<u8>) -> Vec<u8> {
         self.change(&block);
         self.deflate.reset();

@@ -3,12 +3,14 @@
 
 use crate::{FormatError, Image};
 
-/// The number of bytes that the pixels of an image may take for a file of any size.
+/// The number of bytes that the pixels of an image may take, however small its file is. Larger
+/// images are refused unless [`BYTES_PER_BYTE`] allows them.
 const FREE_BYTES: usize = 1 << 28;
-/// The number of bytes that the pixels may take for each byte of the file; flat colours compress
-/// well.
+/// The number of bytes that the pixels of an image may take for each byte of its file, if that is
+/// more than [`FREE_BYTES`]; flat colours compress well.
 const BYTES_PER_BYTE: usize = 64;
-/// The largest number of bytes that the pixels of an image may take.
+/// The largest number of bytes that the pixels of an image may take, for a file of any size; larger
+/// images are refused.
 const MAX_BYTES: usize = 1 << 32;
 
 /// A picture with three integers for each pixel. The caller has to know whether they are
@@ -30,7 +32,8 @@ pub type ByteImage = IntegerImage<u8>;
 pub type WordImage = IntegerImage<u16>;
 
 impl<T> IntegerImage<T> {
-    /// A picture of these pixels; `None` if there are none, or their number does not fit the size.
+    /// Creates a picture of these pixels, row by row from the top; `None` if there are none, or
+    /// their number does not fit the size.
     pub(crate) fn of([width, height]: [u32; 2], rgb: Vec<[T; 3]>) -> Option<Self> {
         let count = crate::image::area(width, height);
         (count > 0 && rgb.len() == count).then_some(Self { width, height, rgb })
@@ -89,15 +92,16 @@ impl From<FormatError> for DecodeError {
     }
 }
 
-/// The number of bytes that the pixels may take, for a file of `file` bytes.
+/// Returns the number of bytes that the pixels may take, for a file of `file` bytes.
 fn limit(file: usize) -> usize {
     FREE_BYTES
         .saturating_add(BYTES_PER_BYTE.saturating_mul(file))
         .min(MAX_BYTES)
 }
 
-/// The number of bytes of an image with `pixel` bytes for each pixel. It is an error if they are
-/// more than is allowed for a file of `file` bytes, or zero. `what` names the format in messages.
+/// Returns the number of bytes of an image with `pixel` bytes for each pixel. It is an error if
+/// they are more than is allowed for a file of `file` bytes, or zero. `what` names the format in
+/// messages.
 pub(crate) fn check_size(
     what: &str,
     [width, height]: [u32; 2],
@@ -138,7 +142,8 @@ pub(crate) fn check_size(
 /// ```
 ///
 /// # Errors
-/// The file is damaged, is not in the format of its extension, or needs more memory.
+/// The file is damaged, is not in the format of its extension, or needs more memory than these
+/// limits.
 pub fn decode_picture(name: &str, bytes: &[u8]) -> Option<Result<Decoded, DecodeError>> {
     // Recognise the format by the first bytes.
     let plain = |image: Result<ByteImage, DecodeError>| {
@@ -228,7 +233,8 @@ fn without_negatives(
     rgb: &mut [[f32; 3]],
     coordinates: impl Fn(usize) -> String,
 ) -> Option<String> {
-    /// The largest negative value without a warning, as a fraction of the largest value.
+    /// The magnitude of a negative value, as a fraction of the largest value of the image, up to
+    /// which there is no warning about it.
     const RINGING: f32 = 1e-3;
     let allowed = -RINGING * rgb.iter().flatten().fold(0.0, |a: f32, v| a.max(*v));
     let least = |p: &[f32; 3]| p.iter().fold(0.0, |a: f32, v| a.min(*v));
@@ -251,7 +257,7 @@ fn without_negatives(
     })
 }
 
-/// Reads a JPEG file, if the feature is on.
+/// Reads a JPEG file; `None` if the feature `jpeg` is off.
 #[cfg(feature = "jpeg")]
 fn read_jpeg(bytes: &[u8]) -> Option<Result<ByteImage, DecodeError>> {
     Some(crate::jpeg::read(bytes))

@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::moments::to_f32;
 use crate::{FilmError, Image};
 
-/// The sRGB transfer function of IEC 61966-2-1, from linear values in [0, 1] to encoded values in
-/// [0, 1].
+/// Returns the sRGB transfer function of IEC 61966-2-1, from linear values in [0, 1] to encoded
+/// values in [0, 1].
 ///
 /// Other values are clamped to [0, 1]; NaN gives zero.
 #[must_use]
@@ -20,7 +20,7 @@ pub fn srgb_encode(linear: f64) -> f64 {
     }
 }
 
-/// The inverse of [`srgb_encode`].
+/// Returns the inverse of [`srgb_encode`].
 #[must_use]
 pub fn srgb_decode(encoded: f64) -> f64 {
     let encoded = unit(encoded);
@@ -31,7 +31,7 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     }
 }
 
-/// A value clamped to [0, 1]. NaN becomes zero, where `f64::clamp` would return NaN.
+/// Returns a value clamped to [0, 1]. NaN becomes zero, where `f64::clamp` would return NaN.
 pub(crate) fn unit(value: f64) -> f64 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
@@ -45,9 +45,9 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// The exposure that shows the given quantile of the pixels' largest channels as white, so that
-    /// a light in the picture does not leave the rest black. It is rounded down to half stops, and
-    /// zero for a black picture.
+    /// Returns the exposure that shows the given quantile of the pixels' largest channels as white,
+    /// so that a light in the picture does not leave the rest black. The exposure is rounded down
+    /// to half stops, and is zero for a black picture.
     ///
     /// ```
     /// use linelit_film::{Exposure, Image};
@@ -79,7 +79,7 @@ impl Exposure {
         }
     }
 
-    /// The three sRGB bytes that show a pixel.
+    /// Returns the three sRGB bytes that show a pixel.
     #[must_use]
     pub fn show(self, pixel: [f32; 3]) -> [u8; 3] {
         let gain = exp2(self.stops);
@@ -87,7 +87,7 @@ impl Exposure {
     }
 }
 
-/// The byte nearest to an encoded value.
+/// Returns the byte nearest to an encoded value.
 pub(crate) fn to_byte(encoded: f64) -> u8 {
     #[allow(
         clippy::cast_possible_truncation,
@@ -97,7 +97,7 @@ pub(crate) fn to_byte(encoded: f64) -> u8 {
     byte
 }
 
-/// The bytes of a PNG file of the picture, sRGB with 8 bits for each channel.
+/// Returns the bytes of a PNG file of the picture, sRGB with 8 bits for each channel.
 ///
 /// # Errors
 /// [`FilmError::Invalid`] for a picture without pixels.
@@ -120,7 +120,7 @@ pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), F
     crate::write_atomically(path, &encode_png(image, exposure)?)
 }
 
-/// The bytes of a PNG file of these sRGB bytes.
+/// Returns the bytes of a PNG file of these sRGB bytes.
 pub(crate) fn encode_bytes(width: u32, height: u32, rgb: &[u8]) -> Result<Vec<u8>, FilmError> {
     let invalid = |e: png::EncodingError| FilmError::Invalid(e.to_string());
     let mut bytes = Vec::new();
@@ -157,7 +157,7 @@ pub struct HeatMap {
 }
 
 impl HeatMap {
-    /// The linear scale that spans the finite values; from 0 to 1 if there are none.
+    /// Returns the linear scale that spans the finite values; from 0 to 1 if there are none.
     #[must_use]
     pub fn spanning(values: &[f32]) -> Self {
         let finite = values.iter().filter(|value| value.is_finite());
@@ -173,7 +173,7 @@ impl HeatMap {
         }
     }
 
-    /// The position of a value on the scale, in [0, 1]; `None` for NaN.
+    /// Returns the position of a value on the scale, in [0, 1]; `None` for NaN.
     #[must_use]
     pub fn position(&self, value: f64) -> Option<f64> {
         if value.is_nan() {
@@ -197,13 +197,13 @@ impl HeatMap {
         })
     }
 
-    /// The colour of a value as sRGB bytes; magenta, which is not on the scale, for NaN.
+    /// Returns the colour of a value as sRGB bytes; magenta, which is not on the scale, for NaN.
     #[must_use]
     pub fn colour(&self, value: f64) -> [u8; 3] {
         self.position(value).map_or([255, 0, 255], heat_colour)
     }
 
-    /// The bytes of a PNG file that shows these values, which are row by row from the top.
+    /// Returns the bytes of a PNG file that shows these values, which are row by row from the top.
     ///
     /// # Errors
     /// [`FilmError::Invalid`] when there is not one value for each pixel.
@@ -227,14 +227,15 @@ impl HeatMap {
     }
 }
 
-/// The colour at `position` in [0, 1] of a scale from near-black blue over purple, red and orange
-/// to pale yellow, as sRGB bytes.
+/// Returns the colour at `position` in [0, 1] of a scale from near-black blue over purple, red and
+/// orange to pale yellow, as sRGB bytes.
 ///
-/// Five colours are interpolated linearly in Björn Ottosson's Oklab (2020). As lightness rises
-/// evenly, the order of values can be seen in grey print and by colour-blind readers.
+/// Five colours are interpolated linearly in Björn Ottosson's Oklab (2020). As lightness rises in
+/// equal steps, the order of values can be seen in grey print and by colour-blind readers.
 #[must_use]
 pub fn heat_colour(position: f64) -> [u8; 3] {
-    /// The colours in Oklab: lightness, green to red, and blue to yellow.
+    /// The colours of the scale in Oklab, at equal distances from 0 to 1. The three numbers of each
+    /// are the lightness, a (from green to red) and b (from blue to yellow).
     const STOPS: [[f64; 3]; 5] = [
         [0.14, 0.005, -0.050],
         [0.345, 0.085, -0.115],

@@ -12,12 +12,12 @@ use crate::{Compression, FilmError, Image, openexr};
 pub enum Samples {
     /// Real numbers. Numbers of 16 bits in a file are converted exactly.
     Float(Vec<f32>),
-    /// Counts.
+    /// Whole numbers, such as counts of rays.
     Count(Vec<u32>),
 }
 
 impl Samples {
-    /// The number of values.
+    /// Returns the number of values.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -26,13 +26,13 @@ impl Samples {
         }
     }
 
-    /// Whether there are no values.
+    /// Returns whether there are no values.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The value at `index` as `f64`, exactly.
+    /// Returns the value at `index` as `f64`, without rounding; `None` beyond the last value.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
@@ -61,7 +61,7 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The channel of this name.
+    /// Returns the values of the channel with this name, if there is one.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&Samples> {
         self.channels
@@ -120,12 +120,12 @@ pub struct Document {
     pub world_to: [Option<[f32; 16]>; 2],
     /// The layers.
     pub layers: Vec<Layer>,
-    /// The metadata by their names, such as samples, seed, commit and estimator.
+    /// The metadata, texts by their names, such as samples, seed, commit and estimator.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Document {
-    /// A document without layers.
+    /// Creates a document without layers.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl Document {
     /// picture.
     ///
     /// # Errors
-    /// [`FilmError::Size`] when the picture has not the size of the document.
+    /// [`FilmError::Size`] when the picture does not have the size of the document.
     pub fn add_image(&mut self, name: &str, image: &Image) -> Result<(), FilmError> {
         image.check()?;
         if (image.width, image.height) != (self.width, self.height) {
@@ -210,14 +210,15 @@ impl Document {
         });
     }
 
-    /// The layer of this name.
+    /// Returns the layer with this name, if there is one.
     #[must_use]
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// A layer as a picture: its channels `R`, `G` and `B`, or three times its only channel or its
-    /// channel `Y`.
+    /// Returns a layer as a picture: its channels `R`, `G` and `B`, or three times its only channel
+    /// or its channel `Y`. The result is `None` if there is no such layer, or it has other
+    /// channels.
     #[must_use]
     pub fn image(&self, name: &str) -> Option<Image> {
         let layer = self.layer(name)?;
@@ -237,7 +238,7 @@ impl Document {
         })
     }
 
-    /// The main picture: the layer that [`Image::read`] would choose in this file.
+    /// Returns the main picture: the layer that [`Image::read`] would choose in this file.
     #[must_use]
     pub fn main_image(&self) -> Option<Image> {
         let mut channels = Vec::new();
@@ -248,12 +249,12 @@ impl Document {
         self.image(openexr::main_layer(&channels)?)
     }
 
-    /// Sets the metadata of a name.
+    /// Sets the metadata with this name, in place of an older value.
     pub fn set(&mut self, name: &str, value: impl Display) {
         self.metadata.insert(name.to_owned(), value.to_string());
     }
 
-    /// The metadata of a name.
+    /// Returns the metadata with this name, if there are any.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&str> {
         self.metadata.get(name).map(String::as_str)
@@ -269,7 +270,7 @@ impl Document {
         crate::write_atomically(path, &self.encode()?)
     }
 
-    /// The bytes of the EXR file.
+    /// Returns the bytes of the document's EXR file, compressed by [`Compression::default`].
     ///
     /// # Errors
     /// [`FilmError::Invalid`], in the same cases as for [`Document::write`].
@@ -277,7 +278,7 @@ impl Document {
         self.clone().into_bytes(Compression::default())
     }
 
-    /// The bytes of the EXR file, of a document that is no longer needed. In addition to its
+    /// Returns the bytes of the EXR file of a document that is no longer needed. In addition to its
     /// values, this takes memory for at most the same number of bytes, for the metadata, and for
     /// 128 rows for each thread of the rayon pool in which it is called. These threads share the
     /// compression.
@@ -306,7 +307,7 @@ impl Document {
     }
 }
 
-/// A value of a channel, rounded to `f32`.
+/// Returns the value of a channel at `index`, rounded to `f32`; `None` beyond the last value.
 fn value(samples: &Samples, index: usize) -> Option<f32> {
     samples.get(index).map(crate::moments::to_f32)
 }

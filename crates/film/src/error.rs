@@ -13,12 +13,12 @@ pub struct FormatError {
     pub expected: String,
     /// The contents that were found there.
     pub found: String,
-    /// Whether the file may be valid, but needs more memory than is allowed.
+    /// Whether the error is that the file, which may be valid, needs more memory than is allowed.
     pub too_large: bool,
 }
 
 impl FormatError {
-    /// An error with the expected and the found contents.
+    /// Creates an error with the expected and the found contents.
     pub(crate) fn new(
         format: &'static str,
         expected: impl Into<String>,
@@ -32,7 +32,7 @@ impl FormatError {
         }
     }
 
-    /// The error for a picture that takes more bytes of memory than `limit`.
+    /// Returns the error for a picture that takes more bytes of memory than `limit`.
     pub(crate) fn too_large(
         format: &'static str,
         [width, height]: [u32; 2],
@@ -94,7 +94,7 @@ pub enum FilmError {
     Invalid(String),
 }
 
-/// The description of the layer that is expected in a file, for messages.
+/// Returns the description of the layer that is expected in a file, for messages.
 pub(crate) fn layer(wanted: Option<&str>) -> String {
     match wanted {
         Some(name) => format!("a layer named `{name}`"),
@@ -102,7 +102,7 @@ pub(crate) fn layer(wanted: Option<&str>) -> String {
     }
 }
 
-/// A list of names for messages.
+/// Returns a list of names for messages.
 pub(crate) fn list(names: &[String]) -> String {
     let quoted: Vec<String> = names
         .iter()
@@ -122,7 +122,7 @@ pub(crate) fn list(names: &[String]) -> String {
 }
 
 impl FilmError {
-    /// The error of an action of the system.
+    /// Returns the error of an action of the system.
     pub(crate) fn io(path: &Path, action: &'static str, reason: io::Error) -> Self {
         Self::Io {
             path: path.to_owned(),
@@ -131,7 +131,7 @@ impl FilmError {
         }
     }
 
-    /// The error of a malformed file.
+    /// Returns the error of a malformed file.
     pub(crate) fn format(path: &Path, reason: FormatError) -> Self {
         Self::Format {
             path: path.to_owned(),

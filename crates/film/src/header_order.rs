@@ -20,8 +20,8 @@ pub(crate) fn sort_attributes(file: &mut [u8]) {
     file[START..end].copy_from_slice(&sorted);
 }
 
-/// The ranges of all attributes in a header, and the position of the zero byte after them; `None`
-/// if the header is malformed.
+/// Returns the ranges of all attributes in a header, and the position of the zero byte after them;
+/// `None` if the header is malformed.
 fn attributes(file: &[u8], start: usize) -> Option<(Vec<std::ops::Range<usize>>, usize)> {
     let mut all = Vec::new();
     let mut at = start;
@@ -40,12 +40,12 @@ fn attributes(file: &[u8], start: usize) -> Option<(Vec<std::ops::Range<usize>>,
     Some((all, at))
 }
 
-/// The position after the next zero byte.
+/// Returns the position after the next zero byte at or after `from`; `None` if there is none.
 fn after_zero(file: &[u8], from: usize) -> Option<usize> {
     Some(from + file.get(from..)?.iter().position(|&byte| byte == 0)? + 1)
 }
 
-/// The name of an attribute.
+/// Returns the name of an attribute.
 fn name(attribute: &[u8]) -> &[u8] {
     let end = attribute
         .iter()

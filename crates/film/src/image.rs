@@ -18,7 +18,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black picture.
+    /// Creates a black picture.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Image {
         }
     }
 
-    /// A picture whose pixels are a function of the column and the row.
+    /// Creates a picture whose pixels are a function of the column and the row.
     ///
     /// ```
     /// use linelit_film::Image;
@@ -46,10 +46,10 @@ impl Image {
         Self { width, height, rgb }
     }
 
-    /// The pixel in column `x` of row `y`.
+    /// Returns the pixel in column `x` of row `y`.
     ///
     /// # Panics
-    /// Outside of the picture.
+    /// If the pixel is outside of the picture.
     #[must_use]
     pub fn get(&self, x: u32, y: u32) -> [f32; 3] {
         self.rgb[self.index(x, y)]
@@ -58,13 +58,13 @@ impl Image {
     /// Sets the pixel in column `x` of row `y`.
     ///
     /// # Panics
-    /// Outside of the picture.
+    /// If the pixel is outside of the picture.
     pub fn set(&mut self, x: u32, y: u32, value: [f32; 3]) {
         let index = self.index(x, y);
         self.rgb[index] = value;
     }
 
-    /// The index of a pixel.
+    /// Returns the index in `rgb` of the pixel in column `x` of row `y`.
     fn index(&self, x: u32, y: u32) -> usize {
         assert!(
             x < self.width && y < self.height,
@@ -75,7 +75,8 @@ impl Image {
         y as usize * self.width as usize + x as usize
     }
 
-    /// The mean over all pixels, summed in `f64` in storage order; zero for an empty picture.
+    /// Returns the mean over all pixels, summed in `f64` in storage order; zero for an empty
+    /// picture.
     #[must_use]
     pub fn mean(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
@@ -102,7 +103,7 @@ impl Image {
     }
 }
 
-/// The number of pixels of a picture.
+/// Returns the number of pixels of a picture.
 pub(crate) fn area(width: u32, height: u32) -> usize {
     width as usize * height as usize
 }

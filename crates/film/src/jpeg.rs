@@ -30,7 +30,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     ByteImage::of([width, height], rgb).ok_or_else(|| "the JPEG file ends early".into())
 }
 
-/// The message for an error of the decoder, on one line.
+/// Returns the message for an error of the decoder, on one line.
 fn message(error: &impl std::fmt::Debug) -> String {
     let text = format!("{error:?}");
     let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");

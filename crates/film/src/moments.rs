@@ -60,8 +60,8 @@ impl Moments {
         self.count = total;
     }
 
-    /// The unbiased estimate of the variance of one value, M2/(n − 1); NaN for fewer than two
-    /// values.
+    /// Returns the unbiased estimate of the variance of one value, M2/(n − 1); NaN for fewer than
+    /// two values.
     #[must_use]
     pub fn variance(&self) -> [f64; 3] {
         if self.count < 2 {
@@ -71,9 +71,9 @@ impl Moments {
         self.m2.map(|m2| m2 / freedom)
     }
 
-    /// The estimate of the variance of the mean, M2/(n(n − 1)), for independent values: use the
-    /// results of different seeds, not the samples of one stratified set. NaN for fewer than two
-    /// values.
+    /// Returns the estimate of the variance of the mean, M2/(n(n − 1)), for independent values: use
+    /// the results of different seeds, not the samples of one stratified set. NaN for fewer than
+    /// two values.
     #[must_use]
     pub fn variance_of_mean(&self) -> [f64; 3] {
         let count = self.count as f64;
@@ -103,7 +103,7 @@ mod tests {
         moments
     }
 
-    /// Exact moments by integer arithmetic: the values are small integers.
+    /// Returns exact moments by integer arithmetic: the values are small integers.
     fn exact(values: &[i64]) -> (f64, f64) {
         let n = values.len() as i64;
         let sum: i64 = values.iter().sum();

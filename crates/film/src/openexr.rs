@@ -30,10 +30,11 @@ const PREFIX: &str = "linelit:";
 /// The name of the format in messages.
 pub(crate) const FORMAT: &str = "OpenEXR";
 
-/// The number of blocks that each thread compresses before all compressed blocks are written.
+/// The number of blocks of rows that each thread compresses before all compressed blocks are
+/// written to the file.
 const BLOCKS_OF_THREAD: usize = 8;
 
-/// The bytes of an EXR file of a document.
+/// Returns the bytes of an EXR file of a document.
 pub(crate) fn encode(document: Document, packing: Compression) -> Result<Vec<u8>, FilmError> {
     // Convert the channels.
     let size = Vec2(document.width as usize, document.height as usize);
@@ -133,8 +134,8 @@ fn lock(zips: &Mutex<Vec<Zip>>) -> MutexGuard<'_, Vec<Zip>> {
     zips.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The block of rows in the file for `data`, whose values are in this machine's byte order. (With
-/// the compressor of the `exr` crate, the level could not be chosen.)
+/// Returns the block of rows in the file for `data`, whose values are in this machine's byte order.
+/// (With the compressor of the `exr` crate, the level could not be chosen.)
 fn zip_chunk(
     headers: &[Header],
     index: BlockIndex,
@@ -155,7 +156,7 @@ fn zip_chunk(
     })
 }
 
-/// A channel for the `exr` crate, whose name begins with the layer's.
+/// Returns a channel for the `exr` crate, whose name begins with the layer's.
 fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {
     let name = if layer.is_empty() {
         channel.name
@@ -169,8 +170,8 @@ fn encode_channel(layer: &str, channel: Channel) -> AnyChannel<FlatSamples> {
     AnyChannel::new(text(&name), samples)
 }
 
-/// A text in UTF-8, as the format's specification demands. Zero bytes, which would end a name, are
-/// replaced.
+/// Returns a text in UTF-8, as the format's specification demands. Zero bytes, which would end a
+/// name, are replaced.
 fn text(string: &str) -> Text {
     let bytes = string
         .bytes()
@@ -178,12 +179,12 @@ fn text(string: &str) -> Text {
     Text::from_bytes_unchecked(bytes.collect())
 }
 
-/// A text of a file as a string; bytes that are not UTF-8 are replaced.
+/// Returns a text of a file as a string; bytes that are not UTF-8 are replaced.
 fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// The error for a file that the `exr` crate cannot read.
+/// Returns the error for a file that the `exr` crate cannot read.
 pub(crate) fn broken(error: &exr::error::Error) -> FormatError {
     FormatError::new(FORMAT, "a whole file", error.to_string())
 }
@@ -226,7 +227,8 @@ pub fn decode(bytes: &[u8]) -> Result<Document, FormatError> {
 /// The `exr` crate's image with any layers and channels.
 type AnyImage = exr::image::FlatImage;
 
-/// The largest size in bytes of a tile that is larger than the picture.
+/// The largest size, in bytes, of a tile that is larger than the picture; files with larger tiles
+/// are refused.
 const MOST_OF_A_TILE: usize = 1 << 26;
 
 /// Refuses files with features that a [`Document`] cannot have, and tiles that are far too large.
@@ -290,8 +292,8 @@ fn check_memory(headers: &[Header], file_size: usize) -> Result<(), FormatError>
     Ok(())
 }
 
-/// The layer of a channel, and its name in that layer: `diffuse.R` is the channel `R` of the layer
-/// `diffuse`. In a file with several parts, the layer is `part.diffuse`.
+/// Returns the layer of a channel, and its name in that layer: `diffuse.R` is the channel `R` of
+/// the layer `diffuse`. In a file with several parts, the layer is `part.diffuse`.
 pub(crate) fn layer_and_name(
     part: Option<&Text>,
     channel: &Text,
@@ -308,12 +310,13 @@ pub(crate) fn layer_and_name(
     (layer, name.to_owned())
 }
 
-/// The layer that is the picture of a file. `channels` has the layer and the name of each channel.
+/// Returns the layer that is the picture of a file. `channels` has the layer and the name of each
+/// channel.
 ///
-/// It is the layer without a name if that has colour (`R`, `G`, `B`) or luminance (`Y`); otherwise
-/// the layer `estimate` if that has; otherwise the only layer with colour; otherwise the layer of
-/// the only channel, if that is not a depth. `None` if there is no such layer or several could be
-/// the picture.
+/// The picture is the layer without a name if that has colour (`R`, `G`, `B`) or luminance (`Y`);
+/// otherwise the layer `estimate` if that has; otherwise the only layer with colour; otherwise the
+/// layer of the only channel, if that is not a depth. `None` if there is no such layer or several
+/// could be the picture.
 pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str> {
     let has = |layer: &str, name: &str| channels.contains(&(layer, name));
     let has_colour = |layer: &str| ["R", "G", "B"].iter().all(|name| has(layer, name));
@@ -344,7 +347,7 @@ pub(crate) fn main_layer<'a>(channels: &[(&'a str, &'a str)]) -> Option<&'a str>
     }
 }
 
-/// The position of the pixels of a part in the full picture; `None` if they are all of it.
+/// Returns the position of the pixels of a part in the full picture; `None` if they are all of it.
 /// `position` and `size` are the data window, and `display` is the display window.
 pub(crate) fn placement(
     position: Vec2<i32>,
@@ -365,7 +368,7 @@ pub(crate) fn placement(
     }))
 }
 
-/// The number of pixels along a side of a picture.
+/// Returns the number of pixels along a side of a picture.
 pub(crate) fn side(length: usize) -> Result<u32, FormatError> {
     u32::try_from(length)
         .map_err(|_| FormatError::new(FORMAT, "a side below 2³²", length.to_string()))
@@ -416,8 +419,8 @@ fn gather(image: &AnyImage) -> Result<Document, FormatError> {
     Ok(document)
 }
 
-/// The rank by which channels are sorted: red, green, blue and alpha come first, and others after
-/// them in the order of the file.
+/// Returns the rank by which channels are sorted: red, green, blue and alpha come first, and others
+/// after them in the order of the file.
 fn usual_position(name: &str) -> usize {
     ["R", "G", "B", "A"]
         .iter()

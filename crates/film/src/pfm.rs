@@ -62,7 +62,7 @@ pub(crate) fn decode(bytes: &[u8], limit: usize) -> Result<Image, FormatError> {
     Ok(Image { width, height, rgb })
 }
 
-/// The bytes of a PFM file of the picture: linear colours in little-endian order.
+/// Returns the bytes of a PFM file of the picture: linear colours in little-endian order.
 ///
 /// ```
 /// use linelit_film::{Image, encode_pfm};
@@ -135,7 +135,8 @@ impl<'a> Header<'a> {
             .ok_or_else(|| wrong(format!("`{}`", word.escape_ascii())))
     }
 
-    /// The pixels, which begin after exactly one blank (or a carriage return and a line feed).
+    /// Returns the bytes of the pixels, which begin after exactly one blank (or a carriage return
+    /// and a line feed).
     fn data(&self) -> Result<&'a [u8], FormatError> {
         match &self.bytes[self.at..] {
             [b'\r', b'\n', data @ ..] => Ok(data),

@@ -1,6 +1,6 @@
-//! The reading of one picture from an EXR file, which may have many layers. Its size is checked
-//! before anything is unpacked, only its channels are stored, and its colours are converted to
-//! linear RGB with the primaries of Rec. 709.
+//! The reading of one picture from an EXR file, which may have many layers. The size of the picture
+//! is checked before anything is unpacked, only the channels of the picture are stored, and its
+//! colours are converted to linear RGB with the primaries of Rec. 709.
 
 use std::io::Cursor;
 
@@ -25,8 +25,9 @@ pub(crate) struct Picture<'a> {
 struct NamedChannel {
     layer: String,
     name: String,
-    /// The index of its part in the file, and of the channel in it.
+    /// The index of the part of the file that has the channel.
     part: usize,
+    /// The index of the channel in this part.
     index: usize,
 }
 
@@ -59,7 +60,7 @@ impl<'a> Picture<'a> {
         Ok(Self { reader, channels })
     }
 
-    /// The names of the layers, in alphabetical order.
+    /// Returns the names of the layers, in alphabetical order.
     pub(crate) fn layers(&self) -> Vec<String> {
         let mut names: Vec<String> = self.channels.iter().map(|c| c.layer.clone()).collect();
         names.sort();
@@ -67,8 +68,8 @@ impl<'a> Picture<'a> {
         names
     }
 
-    /// The channels `R`, `G` and `B` of a layer, or three times its only channel or its channel
-    /// `Y`.
+    /// Returns the channels `R`, `G` and `B` of a layer, or three times its only channel or its
+    /// channel `Y`.
     fn colours(&self, layer: &str) -> Option<[&NamedChannel; 3]> {
         let of_layer = || self.channels.iter().filter(|c| c.layer == layer);
         let named = |name: &str| of_layer().find(|c| c.name == name);
@@ -79,7 +80,8 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// The position of the pixels in the full picture; `None` if they are all of it.
+    /// Returns the position of the pixels in the full picture; `None` if the pixels are the full
+    /// picture.
     pub(crate) fn placement(&self) -> Result<Option<Placement>, FormatError> {
         let header = &self.reader.headers()[0];
         openexr::placement(
@@ -193,8 +195,8 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// The number of bytes of the largest block of a part, which has all channels of some rows or of a
-/// tile.
+/// Returns the number of bytes of the largest block of a part, which has all channels of some rows
+/// or of a tile.
 fn block_bytes(header: &Header) -> usize {
     let Vec2(width, height) = match header.blocks {
         BlockDescription::ScanLines => Vec2(

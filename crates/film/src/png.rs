@@ -11,7 +11,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Pixels, DecodeError> {
     unpack(bytes)?.image(|channels| if channels > 2 { [0, 1, 2] } else { [0; 3] })
 }
 
-/// Reads the alpha channel of an image, or of its palette, as grey; `None` if it has none.
+/// Reads the alpha channel of an image, or of its palette, as grey; `None` if the image has no
+/// alpha channel.
 pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<Pixels>, DecodeError> {
     let unpacked = unpack(bytes)?;
     let has_alpha = unpacked.channels.is_multiple_of(2);
@@ -30,8 +31,8 @@ struct Unpacked {
 }
 
 impl Unpacked {
-    /// An image of three of the channels. `chosen` returns their numbers, for the number of all
-    /// channels.
+    /// Returns an image of three of the channels. `chosen` is called with the number of all
+    /// channels and returns the indices of the three.
     fn image(&self, chosen: impl Fn(usize) -> [usize; 3]) -> Result<Pixels, DecodeError> {
         let chosen = chosen(self.channels);
         let pixels = self.bytes.chunks_exact(self.depth * self.channels);
@@ -142,7 +143,7 @@ fn check_chunks(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// The message for an error of the decoder.
+/// Returns the message for an error of the decoder.
 fn message(error: &DecodingError) -> String {
     match error {
         DecodingError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
@@ -157,7 +158,7 @@ fn message(error: &DecodingError) -> String {
 mod tests {
     use super::*;
 
-    /// A chunk with its checksum.
+    /// Returns a chunk with its checksum.
     fn chunk(kind: &[u8], data: &[u8]) -> Vec<u8> {
         let mut crc = Crc::new();
         crc.update(kind);
@@ -166,7 +167,7 @@ mod tests {
         [&length[..], kind, data, &crc.sum().to_be_bytes()].concat()
     }
 
-    /// A PNG file of one stored block.
+    /// Returns a PNG file of one stored block.
     fn file(width: u8, height: u8, depth: u8, colour: u8, raw: &[u8]) -> Vec<u8> {
         let header = [0, 0, 0, width, 0, 0, 0, height, depth, colour, 0, 0, 0];
         let n = u16::try_from(raw.len()).unwrap();

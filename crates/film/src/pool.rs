@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-/// The number of threads that share the work.
+/// Returns the number of threads that share the work.
 pub(crate) fn threads() -> usize {
     rayon::current_thread_index().map_or(1, |_| rayon::current_num_threads())
 }

@@ -21,26 +21,26 @@ const SAME: f64 = 1e-6;
 pub(crate) struct Matrix([[f64; 3]; 3]);
 
 impl Matrix {
-    /// The converted colour.
+    /// Returns the colour that the map makes of a colour.
     pub(crate) fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let rgb = rgb.map(f64::from);
         self.times(rgb).map(crate::moments::to_f32)
     }
 
-    /// The product with a vector.
+    /// Returns the product of this matrix and a vector.
     fn times(&self, v: [f64; 3]) -> [f64; 3] {
         self.0
             .map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
 
-    /// The product with a matrix.
+    /// Returns the product of this matrix and the matrix `other`, which is applied first.
     fn product(&self, other: &Self) -> Self {
         let column = |k: usize| self.times(other.0.map(|row| row[k]));
         let columns = [column(0), column(1), column(2)];
         Self([0, 1, 2].map(|i| columns.map(|column| column[i])))
     }
 
-    /// The inverse by Cramer's rule; `None` if singular.
+    /// Returns the inverse of the matrix by Cramer's rule; `None` if the matrix is singular.
     fn inverse(&self) -> Option<Self> {
         let m = &self.0;
         let cofactor = |i: usize, j: usize| {
@@ -55,8 +55,9 @@ impl Matrix {
     }
 }
 
-/// The matrix from RGB to XYZ, whose columns are multiples of the primaries with the white of
-/// luminance one as their sum; `None` if there are no such multiples.
+/// Returns the matrix from RGB to XYZ, whose columns are multiples of the primaries with the white
+/// of luminance one as their sum; `None` if there are no such multiples, because the primaries lie
+/// on a line or the white has no luminance.
 fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     let tristimulus = |[x, y]: [f64; 2]| [x, y, 1.0 - x - y];
     let [r, g, b, white] = chromaticities.map(tristimulus);
@@ -68,8 +69,8 @@ fn to_xyz(chromaticities: &Chromaticities) -> Option<Matrix> {
     finite.then_some(matrix)
 }
 
-/// The map from colours with these primaries and white to Rec. 709; `None` if they are the same as
-/// in Rec. 709.
+/// Returns the map from colours with these primaries and white to Rec. 709; `None` if the primaries
+/// and the white are those of Rec. 709, up to [`SAME`].
 ///
 /// # Errors
 /// The primaries lie on a line, or the white has no luminance.

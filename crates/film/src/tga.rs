@@ -9,7 +9,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<ByteImage, DecodeError> {
     read_as(bytes, tga_pixel)
 }
 
-/// Reads the alpha channel of a TGA file as grey; `None` if it has none.
+/// Reads the alpha channel of a TGA file as grey; `None` if the file has no alpha channel.
 pub(crate) fn read_alpha(bytes: &[u8]) -> Result<Option<ByteImage>, DecodeError> {
     // The descriptor has the number of alpha bits. It is zero in some files of 32 bits, in which
     // the fourth byte has no meaning.

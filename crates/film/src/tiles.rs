@@ -14,7 +14,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// The tile that is a whole picture.
+    /// Returns the tile that is a whole picture.
     #[must_use]
     pub const fn whole(width: u32, height: u32) -> Self {
         Self {
@@ -25,25 +25,25 @@ impl Tile {
         }
     }
 
-    /// The number of pixels in a row.
+    /// Returns the number of pixels in a row.
     #[must_use]
     pub const fn width(&self) -> u32 {
         self.x1 - self.x0
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     #[must_use]
     pub const fn height(&self) -> u32 {
         self.y1 - self.y0
     }
 
-    /// The number of pixels.
+    /// Returns the number of pixels.
     #[must_use]
     pub fn area(&self) -> usize {
         crate::image::area(self.width(), self.height())
     }
 
-    /// The pixels row by row, in the film's coordinates.
+    /// Returns the pixels row by row, in the film's coordinates.
     pub fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let tile = *self;
         (tile.y0..tile.y1).flat_map(move |y| (tile.x0..tile.x1).map(move |x| [x, y]))

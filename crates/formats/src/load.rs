@@ -22,7 +22,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format of files with this extension (without the dot, in any case).
+    /// Returns the format of files with this extension (without the dot, in any case).
     ///
     /// ```
     /// use linelit_formats::Format;

@@ -84,8 +84,8 @@ impl Engine {
         self.boxes.push((low, high, triangles));
     }
 
-    /// Whether a ray of the engine, from `x` along `d` up to t = 1, meets no triangle, by the test
-    /// of Möller and Trumbore.
+    /// Returns whether a ray of the engine, from `x` along `d` up to t = 1, meets no triangle, by
+    /// the test of Möller and Trumbore.
     fn is_free(&self, x: Vector, d: Vector) -> bool {
         !self.boxes.iter().flat_map(|(_, _, all)| all).any(|t| {
             let [a, b, c] = t.map(|v| v.map(f64::from));
@@ -97,7 +97,8 @@ impl Engine {
         })
     }
 
-    /// The vector from `x` to where a direction meets the lamp, if it does.
+    /// Returns the vector from `x` to the point where a direction meets the lamp; `None` if it does
+    /// not.
     fn to_lamp(&self, x: Vector, d: Vector) -> Option<Vector> {
         let t = (3.0 - x[2]) / d[2];
         let to = d.map(|k| k * t);
@@ -124,7 +125,8 @@ impl Engine {
             OffsetDensity::Uniform,
         );
         let sample = sampler.sample(random.random());
-        // Find its visible parts past the triangles whose boxes meet the space between x and lamp.
+        // Find the parts of the line that are not hidden by the triangles whose boxes meet the
+        // space between x and the lamp.
         let between = SpaceBetween::new(x, &self.lamp);
         let boxes = self.boxes.iter();
         let boxes = boxes.filter(|(low, high, _)| between.may_meet(*low, *high));

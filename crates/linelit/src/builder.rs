@@ -11,7 +11,8 @@ use linelit_visibility::{BuildOptions, Occluders};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The largest coordinate that vertices, lights and points may have: 2⁶⁰.
+/// The largest absolute coordinate that vertices, lights and points may have: 2⁶⁰. Larger
+/// coordinates are refused.
 pub(crate) const LARGEST: f64 = (1_u64 << 60) as f64;
 
 /// The settings that all queries of a scene share.
@@ -40,7 +41,7 @@ pub struct SceneBuilder<'a, V = [f32; 3]> {
 }
 
 impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
-    /// Begins a scene with the default settings.
+    /// Creates a builder of a scene with these triangles and the default settings.
     pub(crate) fn new(positions: &'a [V], triangles: &'a [[u32; 3]]) -> Self {
         let settings = Settings {
             estimator: Estimator::hybrid(),
@@ -59,13 +60,13 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
         }
     }
 
-    /// Adds a light. Lights are numbered in the order in which they are added, from 0. A light is
-    /// no occluder: only triangles cast shadows.
+    /// Adds a light. The index of a light is its position in the order in which lights are added,
+    /// from 0. A light is no occluder: only triangles cast shadows.
     ///
     /// A light may be a part of the mesh, or lie in one of its triangles, as a lamp in a ceiling
     /// does. Rounding to `f32` may move such triangles in front of the light, where they would hide
     /// it. Triangles that lie in a polygon or a disk therefore count as its own and do not hide it,
-    /// if their numbers are consecutive. If other triangles are as close to its plane, occluders
+    /// if their indices are consecutive. If other triangles are as close to its plane, occluders
     /// within the last millionth of the way to the light are left out ([`Margins::DEFAULT`]).
     /// Otherwise occluders hide the light up to where they touch it ([`Margins::ROUNDING`]).
     pub fn light(self, light: impl Into<Light>) -> Self {
@@ -133,7 +134,8 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
     /// The default is 2⁻⁴⁶ of the point's largest coordinate, which suits points computed in `f64`;
     /// points computed in `f32` on slanted triangles need some 10⁻⁶ of the coordinates. The default
     /// grows where vertices in `f64` were rounded to `f32`: if a triangle is above the point by at
-    /// most twice the largest distance by which rounding moved a vertex, it grows by this much.
+    /// most twice the largest distance by which rounding moved a vertex, the default grows by this
+    /// much.
     pub const fn surface_offset(mut self, offset: f64) -> Self {
         self.settings.offset = Some(offset);
         self
@@ -175,7 +177,8 @@ impl<'a, V: Vector3 + Copy + Sync> SceneBuilder<'a, V> {
             return Err(Error::Setting);
         }
         check_samples(settings.samples)?;
-        // Check the vertices (a comparison with NaN is false), and the triangles' numbers of them.
+        // Check the vertices (a comparison with NaN is false), and that the triangles' indices of
+        // vertices exist.
         let is_valid = |p: &V| p.dvec3().abs().cmple(DVec3::splat(LARGEST)).all();
         if let Some(i) = positions.iter().position(|p| !is_valid(p)) {
             return Err(Error::Vertex(i));
@@ -214,7 +217,7 @@ pub(crate) const fn check_samples(samples: u32) -> Result<(), Error> {
     }
 }
 
-/// The ball around the bounding box of all triangles.
+/// Returns the ball around the bounding box of all triangles.
 fn ball_around<V: Vector3 + Copy>(positions: &[V], triangles: &[[u32; 3]]) -> Sphere {
     let used = triangles.iter().flatten();
     let mut all = used.map(|k| positions[*k as usize].dvec3());

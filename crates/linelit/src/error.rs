@@ -3,62 +3,62 @@
 use linelit_estimators::MOST_SAMPLES;
 use std::fmt;
 
-/// The reason why a [`Scene`](crate::Scene) or its builder refuses the input. Numbers of vertices,
-/// triangles, lights and points count from 0, in the slices of the call.
+/// The reason why a [`Scene`](crate::Scene) or its builder refuses the input. Vertices, triangles,
+/// lights and points are given by their indices, from 0, in the slices of the call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
-    /// The vertex of this number is NaN, infinite or beyond 2⁶⁰.
+    /// The vertex with this index is NaN, infinite or beyond 2⁶⁰.
     Vertex(usize),
-    /// The triangle of this number names a vertex that does not exist.
+    /// A triangle names a vertex that does not exist.
     Triangle {
         /// The number of the triangle.
         triangle: usize,
-        /// The vertex that it names.
+        /// The index of the vertex that the triangle names.
         vertex: u32,
-        /// The number of vertices.
+        /// The number of vertices of the scene.
         vertices: usize,
     },
-    /// The light of this number has an emission, a position, a size or a direction that is not
+    /// The light with this index has an emission, a position, a size or a direction that is not
     /// valid: negative, not finite or beyond 2⁶⁰, or of length zero.
     Light(usize),
-    /// The scene has no light of this number.
+    /// The scene has no light with the requested index.
     NoLight {
-        /// The number in the request.
+        /// The requested index.
         light: usize,
-        /// The number of lights.
+        /// The number of lights of the scene.
         lights: usize,
     },
-    /// The range of triangles of the light of this number is not a range of the scene's triangles.
+    /// The range of triangles of the light with this index is not a range of the scene's triangles.
     LightTriangles(usize),
-    /// The light of this number has no exact answer. Either the estimator is `exact`, which is for
+    /// The light with this index has no exact answer. Either the estimator is `exact`, which is for
     /// polygons without a profile, lines, points and parallel light, and would have noise here; or
     /// the visible part of the light has no exact form: see
     /// [`Scene::visible_fraction`](crate::Scene::visible_fraction) and
     /// [`Scene::visible_polygons`](crate::Scene::visible_polygons).
     NotExact(usize),
-    /// A triangle reaches into a spherical light on the side that the point sees, so that its
-    /// visible part is not a part of the disk of its outline.
+    /// A triangle reaches into a spherical light on the side that the point sees, so that the
+    /// visible part of the light is not a part of the flat disk of its outline.
     Pierced {
         /// The number of the point.
         point: usize,
         /// The number of the light.
         light: usize,
     },
-    /// A profile was given to the light of this number, which has no normal, or before any light
+    /// A profile was given to the light with this index, which has no normal, or before any light
     /// was added. Profiles are for polygons, disks, spheres and cylinders.
     Profile(usize),
     /// A margin is not between 0 and 1, or the surface offset is negative or not finite.
     Setting,
-    /// More samples for each point and light than
+    /// The requested number of samples for each point and light is more than
     /// [`MOST_SAMPLES`](crate::estimators::MOST_SAMPLES).
     Samples(u32),
-    /// The point of this number is NaN, infinite or beyond 2⁶⁰.
+    /// The point with this index is NaN, infinite or beyond 2⁶⁰.
     Point(usize),
-    /// The normal of the point of this number is zero, NaN or infinite.
+    /// The normal of the point with this index is zero, NaN or infinite.
     Normal(usize),
-    /// The direction to the viewer of the point of this number is zero, NaN or infinite.
+    /// The direction to the viewer of the point with this index is zero, NaN or infinite.
     Outgoing(usize),
-    /// A slice has not the same length as the slice of points.
+    /// A slice does not have the same length as the slice of points.
     Length {
         /// The content of the slice in words, such as "normals".
         of: &'static str,

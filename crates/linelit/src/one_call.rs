@@ -74,7 +74,7 @@ fn with_workspace<T>(work: impl FnOnce(&mut Workspace) -> T) -> T {
 }
 
 impl Scene {
-    /// Begins a scene of triangles, each of which is given by the numbers of its three vertices.
+    /// Begins a scene of triangles, each of which is given by the indices of its three vertices.
     /// Triangles cast shadows from both sides.
     ///
     /// [`Scene::builder_from`] takes vertices in double precision.
@@ -84,7 +84,7 @@ impl Scene {
 
     /// Begins a scene as [`Scene::builder`] does, with vertices of any type.
     ///
-    /// Vertices in double precision are rounded to `f32` once, relative to the middle of all
+    /// Vertices in double precision are rounded to `f32` once, relative to the centre of all
     /// vertices that triangles use ([`Occluders::origin`]), so that a scene loses no precision by
     /// being far from the origin of its coordinates. Lights and points are not rounded.
     /// [`Occluders::rounding`] has the distances by which vertices moved, and its
@@ -119,14 +119,14 @@ impl Scene {
         scene
     }
 
-    /// The hierarchy of the scene's triangles.
+    /// Returns the hierarchy of the scene's triangles.
     #[must_use]
     pub const fn occluders(&self) -> &Occluders {
         &self.occluders
     }
 
-    /// The irradiance at a point of a surface from all lights, with the shadows of all triangles,
-    /// in W/m² for each channel. The normal may have any length but zero.
+    /// Returns the irradiance at a point of a surface from all lights, with the shadows of all
+    /// triangles, in W/m² for each channel. The normal may have any length but zero.
     ///
     /// # Errors
     /// A point that is not finite or beyond 2⁶⁰; a normal that is zero or not finite.
@@ -135,7 +135,7 @@ impl Scene {
         Ok((self.light(&point) * PI).to_array())
     }
 
-    /// The irradiance at each of many points, on all threads of the rayon pool.
+    /// Returns the irradiance at each of many points, on all threads of the rayon pool.
     ///
     /// # Errors
     /// Slices of different lengths; the first point or normal that is not valid. The values in
@@ -154,9 +154,9 @@ impl Scene {
         })
     }
 
-    /// The radiance that a point of a surface reflects in the direction `outgoing`, in W/(m² sr)
-    /// for each channel, from the direct light of all lights. The viewer has to be on the side of
-    /// the normal, where reflections are defined.
+    /// Returns the radiance that a point of a surface reflects in the direction `outgoing`, in
+    /// W/(m² sr) for each channel, from the direct light of all lights. The viewer has to be on the
+    /// side of the normal, where reflections are defined.
     ///
     /// # Errors
     /// A point that is not finite or beyond 2⁶⁰; a normal or a direction to the viewer that is zero
@@ -173,10 +173,10 @@ impl Scene {
         Ok(self.light(&point).to_array())
     }
 
-    /// The radiance that each of many points reflects by its own BSDF, on all threads.
+    /// Returns the radiance that each of many points reflects by its own BSDF, on all threads.
     ///
     /// # Errors
-    /// The errors of [`Scene::radiance`], with the number of the point, and slices of different
+    /// The errors of [`Scene::radiance`], with the index of the point, and slices of different
     /// lengths.
     pub fn radiances<V: Vector3 + Copy + Sync>(
         &self,
@@ -198,9 +198,9 @@ impl Scene {
         })
     }
 
-    /// The fraction of a light that a point sees between the triangles, from 0 to 1, exact but for
-    /// rounding. `light` is the light's number, and `measure` says whether the fraction is by area,
-    /// by solid angle or by irradiance.
+    /// Returns the fraction of a light that a point sees between the triangles, from 0 to 1, exact
+    /// but for rounding. `light` is the index of the light, and `measure` says whether the fraction
+    /// is by area, by solid angle or by irradiance.
     ///
     /// It does not matter to which side or in which directions the light emits. A sphere is seen
     /// as the flat disk of its outline, and [`Measure::Area`] is the area of that disk. The result
@@ -221,12 +221,12 @@ impl Scene {
         self.fraction(0, point.dvec3(), light, measure)
     }
 
-    /// The fraction of a light that each of many points sees, on all threads. `measure` is called
-    /// with the number of a point and returns the measure for that point, such as the cosine with
-    /// its normal.
+    /// Returns the fraction of a light that each of many points sees, on all threads. `measure` is
+    /// called with the index of a point and returns the measure for that point, such as the cosine
+    /// with its normal.
     ///
     /// # Errors
-    /// The errors of [`Scene::visible_fraction`], with the number of the point.
+    /// The errors of [`Scene::visible_fraction`], with the index of the point.
     pub fn visible_fractions<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -240,9 +240,9 @@ impl Scene {
         })
     }
 
-    /// The parts of a segment that a point sees between the triangles, for each point `points[i]`
-    /// and segment `lines[i]`, on all threads. The parts are intervals of the segment's parameter,
-    /// which is 0 at its first end and 1 at its second, in ascending order.
+    /// Returns the parts of a segment that a point sees between the triangles, for each point
+    /// `points[i]` and segment `lines[i]`, on all threads. The parts are intervals of the segment's
+    /// parameter, which is 0 at its first end and 1 at its second, in ascending order.
     ///
     /// ```
     /// use linelit::Scene;
@@ -289,10 +289,10 @@ impl Scene {
         Ok(all)
     }
 
-    /// The visible part of a polygon, a disk or a sphere, by its number among the lights, as rings
-    /// of corners. As the point sees them, outer rings run counter-clockwise and rings around holes
-    /// clockwise. A sphere is seen as the flat disk of its outline; from inside it there are no
-    /// rings.
+    /// Returns the visible part of a polygon, a disk or a sphere, given by its index among the
+    /// lights, as rings of corners. As the point sees them, outer rings run counter-clockwise and
+    /// rings around holes clockwise. A sphere is seen as the flat disk of its outline; from inside
+    /// it there are no rings.
     ///
     /// On the rim of disks and spheres, neighbouring corners are at most a 256th of the circle
     /// apart, so that the chords between them are within 7.6e-5 of the radius from their arcs.
@@ -305,10 +305,10 @@ impl Scene {
         self.rings(0, point.dvec3(), light)
     }
 
-    /// The visible part of a light from each of many points, on all threads.
+    /// Returns the visible part of a light from each of many points, on all threads.
     ///
     /// # Errors
-    /// The errors of [`Scene::visible_polygons`], with the number of the point.
+    /// The errors of [`Scene::visible_polygons`], with the index of the point.
     pub fn visible_polygons_each<V: Vector3 + Copy + Sync>(
         &self,
         points: &[V],
@@ -319,7 +319,7 @@ impl Scene {
         Ok(found)
     }
 
-    /// The visible part of a light from the point of number `i`.
+    /// Returns the visible part of a light from the point with the index `i`.
     fn rings(&self, i: usize, point: DVec3, light: usize) -> Result<Rings, Error> {
         let point = check_point(i, point)?;
         let luminaire = self.light_number(light)?;
@@ -330,8 +330,8 @@ impl Scene {
         Ok(rings.into_iter().map(ring).collect())
     }
 
-    /// Checks the point of number `i` and its directions, and returns the shading point, lifted off
-    /// its surface. Without a direction to the viewer it is seen along the normal.
+    /// Checks the point with the index `i` and its directions, and returns the shading point,
+    /// lifted off its surface. Without a direction to the viewer it is seen along the normal.
     pub(crate) fn point(
         &self,
         i: usize,
@@ -353,9 +353,9 @@ impl Scene {
         Ok(ShadingPoint::new(position, normal, outgoing, bsdf))
     }
 
-    /// The distance that lifts a point out of the triangle on which it was before vertices were
-    /// rounded. It is zero unless rounding moved vertices and a triangle is that close above the
-    /// point.
+    /// Returns the distance that lifts a point out of the triangle on which it was before vertices
+    /// were rounded. The distance is zero unless rounding moved vertices and a triangle is above
+    /// the point by at most twice the largest distance by which rounding moved a vertex.
     fn out_of_its_triangle(&self, point: DVec3, normal: DVec3) -> f64 {
         let room = 2.0 * self.occluders.rounding().displacement;
         if room <= 0.0 {
@@ -372,7 +372,7 @@ impl Scene {
         if is_under { room } else { 0.0 }
     }
 
-    /// The radiance that a point reflects of the direct light of all lights.
+    /// Returns the radiance that a point reflects of the direct light of all lights.
     fn light(&self, point: &ShadingPoint) -> DVec3 {
         let settings = &self.settings;
         let illumination = Illumination {
@@ -388,8 +388,8 @@ impl Scene {
         with_workspace(|workspace| illumination.radiance(point, names, workspace))
     }
 
-    /// The fraction of a light that the point of number `i` sees, by a measure whose normal may
-    /// have any length.
+    /// Returns the fraction of a light that the point with the index `i` sees, by a measure whose
+    /// normal may have any length.
     fn fraction(
         &self,
         i: usize,
@@ -411,7 +411,7 @@ impl Scene {
         fraction.map_err(|reason| unknown(reason, i, light))
     }
 
-    /// The light of a number, or an error that has the number of lights.
+    /// Returns the light with this index, or an error that states the number of lights.
     fn light_number(&self, light: usize) -> Result<&Luminaire, Error> {
         let all = self.lights.as_slice();
         let lights = all.len();
@@ -419,7 +419,7 @@ impl Scene {
     }
 }
 
-/// The error for a point and a light whose visible part has no exact form.
+/// Returns the error for a point and a light whose visible part has no exact form.
 const fn unknown(reason: Unknown, point: usize, light: usize) -> Error {
     match reason {
         Unknown::Shape => Error::NotExact(light),
@@ -427,8 +427,8 @@ const fn unknown(reason: Unknown, point: usize, light: usize) -> Error {
     }
 }
 
-/// Fills `out[i]` with `value(i)` on all threads. If several values are errors, it returns the one
-/// of the least `i`.
+/// Fills `out[i]` with `value(i)` on all threads. If several values are errors, the error with the
+/// least `i` is returned.
 fn over<T: Send>(
     out: &mut [T],
     value: impl Fn(usize) -> Result<T, Error> + Sync,
@@ -458,7 +458,8 @@ fn over<T: Send>(
 /// The number of points that a thread takes at a time.
 const CHUNK: usize = 64;
 
-/// Refuses a slice, named `of` in the message, that has not the same length as the points.
+/// Refuses a slice that does not have the same length as the slice of points; `of` names it in the
+/// message.
 pub(crate) fn same_length<A, B>(of: &'static str, points: &[A], other: &[B]) -> Result<(), Error> {
     let (points, found) = (points.len(), other.len());
     match points == found {
@@ -467,13 +468,14 @@ pub(crate) fn same_length<A, B>(of: &'static str, points: &[A], other: &[B]) -> 
     }
 }
 
-/// The point of number `i`, or an error if it is not finite or beyond 2⁶⁰.
+/// Returns the point with the index `i`, or an error if it is not finite or beyond 2⁶⁰.
 fn check_point(i: usize, point: DVec3) -> Result<DVec3, Error> {
     let is_valid = point.is_finite() && point.abs().max_element() <= LARGEST;
     is_valid.then_some(point).ok_or(Error::Point(i))
 }
 
-/// The key of a point's random numbers: a hash of the bits of its position and normal.
+/// Returns the key from which the random numbers of a point follow: a hash of the bits of its
+/// position and normal.
 fn key(point: &ShadingPoint) -> [u32; 2] {
     let numbers = point
         .position

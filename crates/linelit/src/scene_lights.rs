@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Scene {
-    /// Returns a scene of the same triangles with other lights, which are numbered from 0. Both
+    /// Returns a scene of the same triangles with other lights, whose indices are from 0. Both
     /// scenes share the hierarchy.
     ///
     /// # Errors
@@ -53,9 +53,9 @@ impl Scene {
     }
 
     /// Measures how much hides each light from these points, by which `hybrid` chooses its method
-    /// and the directions of lines. They replace the points on the triangles that the scene took
-    /// when it was built. Some hundred points in the parts of the scene that matter are enough.
-    /// The points affect the noise of later estimates, but not their mean.
+    /// and the directions of lines. These points replace the points on the triangles that the scene
+    /// chose when it was built. Some hundred points in the parts of the scene that matter are
+    /// enough. The points affect the noise of later estimates, but not their mean.
     ///
     /// # Errors
     /// Slices of different lengths; the first point or normal that is not valid.
@@ -69,8 +69,9 @@ impl Scene {
         self.look_at(self.lights.as_slice().to_vec())
     }
 
-    /// Points on the triangles from which it is measured how much hides each light, unless
-    /// [`Scene::prepare`] takes others.
+    /// Returns two lists of points on the triangles: the points from which it is measured how much
+    /// hides each light, unless [`Scene::prepare`] gives others, and the points from which the
+    /// directions of lines are chosen.
     pub(crate) fn places_on<V: Vector3 + Copy>(
         &self,
         positions: &[V],
@@ -87,7 +88,8 @@ impl Scene {
         })
     }
 
-    /// Checks the lights, finds the triangles of each that are its own, and makes them the scene's.
+    /// Checks the lights, finds the triangles that belong to each of them, and sets them as the
+    /// scene's lights.
     pub(crate) fn set_lights(&mut self, mut lights: Vec<Luminaire>) -> Result<(), Error> {
         for (i, light) in lights.iter_mut().enumerate() {
             Arc::make_mut(&mut light.light).set_scene(self.ball);
@@ -130,7 +132,7 @@ impl Scene {
     }
 }
 
-/// Whether an estimator promises irradiance without noise, as `exact` does.
+/// Returns whether an estimator promises irradiance without noise, as `exact` does.
 fn is_exact(estimator: &Estimator) -> bool {
     let by = match estimator.alone() {
         Some(Technique::Lines(lines)) => lines.integration,

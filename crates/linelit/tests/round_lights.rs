@@ -55,7 +55,7 @@ fn a_half_plane_hides_what_it_does_of_a_disk_and_of_a_sphere() -> Result<(), Err
             );
         }
     }
-    // An edge beside the centre leaves a segment of the circle visible.
+    // An edge next to the centre leaves a segment of the circle visible.
     for from in [-0.9_f32, -0.25, 0.5, 0.75] {
         let scene = behind(&half_plane(from), disk([0.0, 0.0, 2.0], 1.0))?;
         let from = f64::from(from);

@@ -74,7 +74,7 @@ fn rounding_does_not_hide_a_surface_from_its_own_points() {
 ///
 /// The answers may differ by rounding alone. The corners of blade, lamp and tube are rounded to
 /// half an ulp of their coordinates, ε/2 times the largest, and the corners of the blade once more
-/// to 2⁻²⁴ of its extent of 1.1, relative to another middle. A shadow's edge moves by twice the sum
+/// to 2⁻²⁴ of its size of 1.1, relative to another origin. A shadow's edge moves by twice the sum
 /// of both, as the blade is half of the way up. The light is one unit wide, and the answer changes
 /// by less than three times as much per unit by which one of its three edges moves; there are four
 /// roundings for each. The point is lifted by 2⁻⁴⁶ of the largest coordinate and twice the

@@ -39,7 +39,8 @@ fn scalars(side: u32, values: &[f64], map: HeatMap, caption: &str) -> Result<Pic
     Ok(Picture::of_scalars(side, side, &values, map, caption)?)
 }
 
-/// Billen & Dutré 2016, Fig. 5: the mean number of visible pieces of a line, pixel by pixel.
+/// Draws figure 5 of Billen & Dutré 2016: the mean number of visible intervals of a line, pixel by
+/// pixel.
 fn pieces(context: &Context<'_>) -> Result<Section> {
     const LINES: u32 = 64;
     let side = context.side(256);
@@ -91,8 +92,8 @@ fn pieces(context: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Peters 2021, Fig. 3: the inverse distribution function of projected solid angle along an
-/// infinitely long line, for five normals in the plane of the line and the shading point.
+/// Draws figure 3 of Peters 2021: the inverse distribution function of projected solid angle along
+/// an infinitely long line, for five normals in the plane of the line and the shading point.
 fn inverses(_: &Context<'_>) -> Result<Section> {
     // The components along the line and towards it. The inverse for the third is a square root; the
     // last two are the paper's "n_t near −1".
@@ -143,9 +144,9 @@ fn inverses(_: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Peters 2021, Fig. 4: the worst backward error of 16 samples in each pixel, by the algorithm as
-/// printed in single precision and by ours. The backward error is the change of the random number
-/// that would give the sample exactly.
+/// Draws figure 4 of Peters 2021: the worst backward error of 16 samples in each pixel, by the
+/// algorithm as printed in single precision and by ours. The backward error is the change of the
+/// random number that would give the sample exactly.
 fn rounding(context: &Context<'_>) -> Result<Section> {
     const SAMPLES: u32 = 16;
     let side = context.side(256);
@@ -196,7 +197,8 @@ fn rounding(context: &Context<'_>) -> Result<Section> {
     })
 }
 
-/// Salesin & Jarosz 2019, Fig. 4: the weights of BSDF samples over a light behind two triangles.
+/// Draws figure 4 of Salesin & Jarosz 2019: the weights of BSDF samples over a light behind two
+/// triangles.
 fn weights(context: &Context<'_>) -> Result<Section> {
     let side = context.side(256);
     let at = |k: u32| 2.0 * (f64::from(k) + 0.5) / f64::from(side) - 1.0;
@@ -239,15 +241,16 @@ pub(crate) enum Smoothing {
 /// faces the point.
 const HEIGHT: f64 = 2.0;
 
-/// The x and y of two triangles halfway to the light. The parts of the light that they hide are
-/// twice as large.
+/// The x and y coordinates of the corners of two triangles halfway between the shading point and
+/// the light. The parts of the light that the triangles hide are twice as large as the triangles.
 pub(crate) const OCCLUDERS: [[[f64; 2]; 3]; 2] = [
     [[-0.42, -0.31], [0.03, -0.12], [-0.27, 0.17]],
     [[0.11, 0.05], [0.44, 0.21], [0.16, 0.36]],
 ];
 
-/// Returns the visible intervals, as fractions, of the light's line along x (`axis` 0) or y at an
-/// offset.
+/// Returns the visible intervals of a line across the light, as fractions of the line. The line is
+/// parallel to x (`axis` 0) or to y (`axis` 1); `offset` is its position along the other axis, from
+/// −1 to 1.
 pub(crate) fn visible(axis: usize, offset: f64) -> IntervalSet {
     let at = |t: f64| match axis {
         0 => DVec3::new(t, offset, HEIGHT),

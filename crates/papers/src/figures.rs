@@ -32,9 +32,9 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct Figure {
     name: String,
-    /// What the study shows, in a line.
+    /// A description of what the study shows, in one line.
     about: String,
-    /// The processor seconds that it took.
+    /// The processor seconds that the study took, all threads together.
     seconds: f64,
     /// The study of convergence; if there is none, the figure is a page of claims.
     study: Option<Described>,
@@ -49,7 +49,7 @@ struct Figure {
 struct Described {
     title: Option<String>,
     scenes: Option<Vec<String>>,
-    /// Whether a scene of the user's may replace its scenes.
+    /// Whether a scene that the user names may replace the study's own scenes.
     #[serde(default)]
     takes_scene: bool,
     estimators: Option<Vec<Text<Estimator>>>,
@@ -145,7 +145,7 @@ impl DescribedGallery {
     }
 }
 
-/// A page of the claims that refer to it, possibly with a drawing.
+/// A page of the claims that refer to a named study, possibly with a drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Page {
     name: &'static str,
@@ -193,7 +193,7 @@ pub fn studies() -> impl Iterator<Item = (&'static str, &'static str)> {
     FIGURES.iter().map(named)
 }
 
-/// Returns whether a study of this name can be run on a scene of the user's.
+/// Returns whether a study of this name can be run on a scene that the user names.
 #[must_use]
 pub fn takes_scene(name: &str) -> bool {
     let described = find(name).and_then(|figure| figure.study.as_ref());

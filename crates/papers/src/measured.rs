@@ -14,8 +14,9 @@ use std::fmt;
 
 /// The confidence of all intervals.
 const CONFIDENCE: f64 = 0.95;
-/// The number of passes that a timing is assumed to have, as passes are not counted. With this
-/// many, Student's t differs from a normal number by 0.1 %.
+/// The number of passes that a timing is assumed to have when its interval is computed, as the
+/// number of passes is not recorded. With this many, Student's t differs from a normal number by
+/// 0.1 %.
 const MANY_PASSES: usize = 1000;
 
 /// A measured number with its 95 % confidence interval. The interval is missing if there were too
@@ -24,7 +25,7 @@ const MANY_PASSES: usize = 1000;
 pub(crate) struct Measured {
     /// The number.
     pub value: f64,
-    /// The lower and upper end of its interval.
+    /// The lower and upper end of the confidence interval; `None` if there were too few trials.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -43,7 +44,8 @@ impl Measured {
         }
     }
 
-    /// Returns a number ± `half`, without an interval if `half` is not finite.
+    /// Returns the number `value` with the interval `value` ± `half`; without an interval if `half`
+    /// is not finite.
     fn around(value: f64, half: f64) -> Self {
         Self {
             value,
@@ -57,8 +59,9 @@ impl Measured {
         Self::around(mean, quantile(values.len()) * stderr)
     }
 
-    /// Returns a positive mean of this many values with its standard error. Its interval is that of
-    /// the logarithm, to first order.
+    /// Returns a positive mean of this many values with its standard error. The interval is
+    /// symmetric in the logarithm of the mean, whose standard error is `stderr`/`mean` to first
+    /// order.
     fn positive(mean: f64, stderr: f64, values: usize) -> Self {
         Self::around(ln(mean), quantile(values) * stderr / mean).map(exp)
     }
@@ -140,7 +143,8 @@ impl Measured {
         })
     }
 
-    /// Returns the interval if it exists and both it and the number are finite.
+    /// Returns the interval if there is one, and the number and both ends of the interval are
+    /// finite; otherwise `None`.
     pub(crate) fn known(&self) -> Option<[f64; 2]> {
         let known = |ends: &[f64; 2]| [self.value, ends[0], ends[1]].iter().all(|v| v.is_finite());
         self.interval.filter(known)
@@ -180,7 +184,8 @@ pub(crate) fn number(value: f64) -> String {
     text
 }
 
-/// Returns Student's t of an interval from this many values; NaN if there are too few.
+/// Returns the quantile of Student's t distribution for an interval from this many values; NaN if
+/// there are too few.
 fn quantile(values: usize) -> f64 {
     if values < LEAST_TRIALS {
         return f64::NAN;
@@ -189,12 +194,12 @@ fn quantile(values: usize) -> f64 {
     student::quantile(CONFIDENCE, freedom)
 }
 
-/// Returns the number with the largest value.
+/// Returns the number with the largest value; `None` if there are no numbers.
 pub(crate) fn largest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
     all.into_iter().max_by(|a, b| a.value.total_cmp(&b.value))
 }
 
-/// Returns the number with the smallest value.
+/// Returns the number with the smallest value; `None` if there are no numbers.
 pub(crate) fn smallest(all: impl IntoIterator<Item = Measured>) -> Option<Measured> {
     all.into_iter().min_by(|a, b| a.value.total_cmp(&b.value))
 }

@@ -260,7 +260,7 @@ fn triangle_soup() {
 
 #[test]
 fn logo() {
-    // Samples of the light alone hardly meet so sharp a lobe: too seldom for a t test.
+    // Samples of the light alone seldom meet such a sharp lobe: too seldom for a t test.
     let points = ("point-solid-angle+point-bsdf", 1024);
     let lines = [("line-analytic", 256), ("line-area+point-bsdf", 256)];
     agree_with("logo-small", 24, points, &lines);

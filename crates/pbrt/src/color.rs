@@ -20,8 +20,8 @@ pub(crate) fn xyz_to_rgb(xyz: DVec3) -> DVec3 {
     m * xyz
 }
 
-/// The CIE 1931 matching functions at a wavelength in nanometres, by the fit that the head of this
-/// file cites.
+/// Returns the CIE 1931 colour matching functions x̄, ȳ and z̄ at a wavelength in nanometres, by
+/// the fit of Wyman, Sloan and Shirley (2013).
 fn matching(nm: f64) -> DVec3 {
     let lobe = |centre: f64, below: f64, above: f64| {
         let t = (nm - centre) * if nm < centre { below } else { above };
@@ -35,7 +35,7 @@ fn matching(nm: f64) -> DVec3 {
     )
 }
 
-/// The XYZ of a spectrum, scaled so that the equal-energy spectrum has Y = 1, like pbrt's
+/// Returns the XYZ of a spectrum, scaled so that the equal-energy spectrum has Y = 1, like pbrt's
 /// `Spectrum::ToXYZ`.
 fn spectrum_to_xyz(value: impl Fn(f64) -> f64) -> DVec3 {
     let (mut sum, mut white) = (DVec3::ZERO, 0.0);
@@ -48,8 +48,8 @@ fn spectrum_to_xyz(value: impl Fn(f64) -> f64) -> DVec3 {
     sum / white
 }
 
-/// The linear RGB of a spectrum that is given by samples `(wavelength in nm, value)` in ascending
-/// order; it is linear between samples and constant beyond the first and the last.
+/// Returns the linear RGB of a spectrum that is given by samples `(wavelength in nm, value)` in
+/// ascending order; it is linear between samples and constant beyond the first and the last.
 pub(crate) fn sampled_to_rgb(samples: &[(f64, f64)]) -> DVec3 {
     let value = |nm: f64| {
         let k = samples.partition_point(|s| s.0 <= nm);
@@ -66,10 +66,10 @@ pub(crate) fn sampled_to_rgb(samples: &[(f64, f64)]) -> DVec3 {
     xyz_to_rgb(spectrum_to_xyz(value)).max(DVec3::ZERO)
 }
 
-/// The linear RGB of a black body at a temperature in kelvin.
+/// Returns the linear RGB of a black body at a temperature in kelvin.
 ///
-/// With `unit_luminance` it is scaled to luminance one, as light sources of pbrt-v4 are; otherwise
-/// the spectrum has a peak of one, as in pbrt-v3.
+/// With `unit_luminance` the colour is scaled to luminance one, as light sources of pbrt-v4 are;
+/// otherwise the spectrum has a peak of one, as in pbrt-v3.
 pub(crate) fn blackbody_to_rgb(kelvin: f64, unit_luminance: bool) -> DVec3 {
     // Evaluate Planck's law up to a factor that cancels in the scaling.
     let planck = |nm: f64| {
@@ -84,7 +84,8 @@ pub(crate) fn blackbody_to_rgb(kelvin: f64, unit_luminance: bool) -> DVec3 {
     if rgb.is_finite() { rgb } else { DVec3::ZERO }
 }
 
-/// The complex index of refraction (η, k), in linear RGB, of a metal that pbrt-v4 knows by name.
+/// Returns the complex index of refraction (η, k), in linear RGB, of a metal that pbrt-v4 knows by
+/// name; `None` for other names.
 pub(crate) fn named_metal(name: &str) -> Option<(DVec3, DVec3)> {
     let (eta, k) = match name {
         "metal-Cu" => (

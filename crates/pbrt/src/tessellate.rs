@@ -1,10 +1,10 @@
 //! The tessellation of round shapes and bilinear patches to triangles.
 //!
 //! Spheres, disks and cylinders become meshes whose vertices are on the surface, with its normals
-//! and with pbrt's texture coordinates. The middle of a facet of angle α is inside the surface by
-//! 1 − cos(α/2) of the radius: 0.5 % with 32 steps around, 0.12 % with 64. Facets that emit are
-//! scaled outwards until they have the area of the surface: their power is then the power of the
-//! round shape, and only its distribution over directions differs.
+//! and with pbrt's texture coordinates. The centre of a facet that spans an angle α is inside the
+//! surface by 1 − cos(α/2) of the radius: 0.5 % with 32 steps around, 0.12 % with 64. Facets that
+//! emit are scaled outwards until they have the area of the surface: their power is then the power
+//! of the round shape, and only its distribution over directions differs.
 
 use linelit_elementary::{acos, sin_cos};
 use linelit_geometry::{DMat3, DVec3, Segment};
@@ -12,16 +12,18 @@ use linelit_lights::{Cylinder, Disk, Sphere};
 use linelit_scene::{MeshData, RoundShape};
 use std::f64::consts::TAU;
 
-/// The number of steps around, and from pole to pole.
+/// The numbers of steps in which a round shape is tessellated: around the axis, and from pole to
+/// pole.
 const STEPS: [usize; 2] = [64, 32];
-/// The number of steps for emissive shapes; they are fewer because each facet is a light.
+/// The numbers of steps for emissive shapes, around the axis and from pole to pole; they are
+/// smaller because each facet is a light.
 const EMISSIVE_STEPS: [usize; 2] = [24, 12];
 
 /// A round shape about the z axis, or a part of one, as pbrt describes it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
     pub(crate) kind: Kind,
-    /// The largest longitude of its points, in radians; the smallest is zero.
+    /// The largest longitude of the shape's points, in radians; the smallest is zero.
     pub(crate) phi_max: f64,
 }
 
@@ -37,7 +39,7 @@ pub(crate) enum Kind {
 }
 
 impl Round {
-    /// The name in pbrt text.
+    /// Returns the name of the shape in pbrt text.
     pub(crate) const fn name(&self) -> &'static str {
         match self.kind {
             Kind::Sphere { .. } => "sphere",
@@ -46,13 +48,13 @@ impl Round {
         }
     }
 
-    /// The facets of the shape.
+    /// Returns the facets of the shape.
     pub(crate) fn facets(&self) -> MeshData {
         self.mesh(STEPS)
     }
 
-    /// The facets of the shape as lights. They are scaled so that, after the transform to the
-    /// world, their total area is the area of the shape.
+    /// Returns the facets of the shape as lights. They are scaled so that, after the transform to
+    /// the world, their total area is the area of the shape.
     pub(crate) fn emissive_facets(&self, to_world: &DMat3) -> MeshData {
         // Compare the area of the facets in the world with the area of the shape.
         let mut mesh = self.mesh(EMISSIVE_STEPS);
@@ -76,12 +78,13 @@ impl Round {
         mesh
     }
 
-    /// The shape as a mesh with these numbers of steps around and from bottom to top.
+    /// Returns the shape as a mesh with these numbers of steps around and from bottom to top.
     fn mesh(&self, [around, up]: [usize; 2]) -> MeshData {
         let phi_max = self.phi_max;
         let mut mesh = match self.kind {
             Kind::Sphere { radius, heights } => {
-                // Divide the polar angle evenly, with the ends at exactly the given heights.
+                // Divide the polar angle into equal steps, with the ends at exactly the given
+                // heights.
                 let [bottom, top] = polar(radius, heights);
                 let [z_min, z_max] = heights;
                 let ring = |v: f64| {
@@ -114,7 +117,7 @@ impl Round {
         mesh
     }
 
-    /// The whole sphere, disk or cylinder; `None` if the shape is only a part of one.
+    /// Returns the whole sphere, disk or cylinder; `None` if the shape is only a part of one.
     fn whole(&self) -> Option<RoundShape> {
         let shape = match self.kind {
             Kind::Sphere { radius, heights } => {
@@ -140,10 +143,12 @@ impl Round {
         shape.filter(|_| self.phi_max >= TAU)
     }
 
-    /// The area of the shape after a linear map: the integral ∫ |∂p/∂u × ∂p/∂v| by Gauss' rule of
-    /// three points, over parts of the longitudes and, for a sphere, also of the latitudes.
+    /// Returns the area of the shape after a linear map: the integral ∫ |∂p/∂u × ∂p/∂v| by Gauss'
+    /// rule of three points, over parts of the longitudes and, for a sphere, also of the latitudes.
+    /// Here p(u, v) is the point of the mapped shape at the longitude u and the height or latitude
+    /// v.
     fn area(&self, to_world: &DMat3) -> f64 {
-        // `image` is the factor of an area that is spanned by two unit vectors.
+        // `image` returns the area of the parallelogram that two vectors span after the map.
         let image = |e: DVec3, f: DVec3| (*to_world * e).cross(*to_world * f).length();
         match self.kind {
             Kind::Disk { radii, .. } => {
@@ -174,12 +179,12 @@ impl Round {
     }
 }
 
-/// The polar angles, from the +z pole, of two heights on a sphere.
+/// Returns the polar angles, from the +z pole, of two heights on a sphere.
 fn polar(radius: f64, heights: [f64; 2]) -> [f64; 2] {
     heights.map(|z| acos((z / radius).clamp(-1.0, 1.0)))
 }
 
-/// The integral of a smooth function by Gauss' rule of three points on 64 equal parts.
+/// Returns the integral of a smooth function by Gauss' rule of three points on 64 equal parts.
 fn integral([from, to]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     const PARTS: u32 = 64;
     let width = (to - from) / f64::from(PARTS);
@@ -191,8 +196,8 @@ fn integral([from, to]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     width * (0..PARTS).map(part).sum::<f64>()
 }
 
-/// The mesh of a surface of revolution about z. `ring(v)` returns the height and the radius for
-/// v from 0 to 1, and `normal` the unit normal at a point. The cells are quadrilaterals of two
+/// Returns the mesh of a surface of revolution about z. `ring(v)` returns the height and the radius
+/// for v from 0 to 1, and `normal` the unit normal at a point. The cells are quadrilaterals of two
 /// triangles, of which one is left out where a ring has the radius zero.
 #[allow(
     clippy::cast_possible_truncation,

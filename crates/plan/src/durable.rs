@@ -8,7 +8,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The number of temporary files that this process has created.
+/// The number of temporary files that this process has created, which makes their names different.
 static SERIAL: AtomicU64 = AtomicU64::new(0);
 
 /// Tests whether files can be written to a folder.
@@ -17,7 +17,7 @@ pub(crate) fn check_writable(folder: &Path) -> Result<(), PlanError> {
     fs::remove_file(&path).map_err(PlanError::io(&path, "remove"))
 }
 
-/// Creates a file whose name no other process uses; it begins with a dot and ends in `.tmp`.
+/// Creates a file whose name no other process uses. The name begins with a dot and ends in `.tmp`.
 fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
     loop {
         let (process, serial) = (std::process::id(), SERIAL.fetch_add(1, Ordering::Relaxed));
@@ -32,8 +32,8 @@ fn temporary(folder: &Path, of: &str) -> Result<(PathBuf, File), PlanError> {
     }
 }
 
-/// Writes pieces one after the other to a file of another name, flushes it to the disk, and renames
-/// it. Readers of `path` see either the previous contents or all of the new ones.
+/// Writes the pieces one after the other to a temporary file in the same folder, flushes it to the
+/// disk, and renames it. Readers of `path` see either the previous contents or all of the new ones.
 pub(crate) fn write(path: &Path, pieces: &[&[u8]]) -> Result<(), PlanError> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();

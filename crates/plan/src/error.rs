@@ -25,7 +25,7 @@ pub enum PlanError {
     Broken {
         /// The file.
         path: PathBuf,
-        /// The reason why it is broken.
+        /// The reason why the file counts as broken.
         reason: String,
     },
     /// The folder holds another plan.
@@ -45,7 +45,7 @@ pub enum PlanError {
     /// A unit could not be computed.
     #[error("unit {number} ({name}): {error}")]
     Work {
-        /// The number of the unit.
+        /// The index of the unit in the plan.
         number: u32,
         /// The name of the unit.
         name: String,
@@ -58,7 +58,7 @@ pub enum PlanError {
 }
 
 impl PlanError {
-    /// Returns a function that makes this error of a system's error.
+    /// Returns a function that makes a [`PlanError::Io`] of an error of the operating system.
     pub(crate) fn io(path: &Path, step: &'static str) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         move |error| Self::Io { path, step, error }

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub struct Missing {
     /// The units without a part.
     pub absent: Vec<u32>,
-    /// The units whose part is broken, and what is wrong with it.
+    /// The units whose part is broken, each with a description of what is wrong with its part.
     pub broken: Vec<(u32, String)>,
 }
 
@@ -28,8 +28,9 @@ impl Missing {
     }
 }
 
-/// The names of the plan and of the folder of parts.
+/// The name of the file in a plan's folder that holds the plan.
 const PLAN: &str = "plan.json";
+/// The name of the subfolder of a plan's folder that holds the parts.
 const PARTS: &str = "parts";
 
 /// The folder of a plan: `plan.json`, and the results of finished units in `parts/`.
@@ -182,14 +183,16 @@ impl Folder {
             .map_err(|reason| PlanError::broken(&path, reason))
     }
 
-    /// Writes a part, replacing an existing one. It is on the disk when this returns.
+    /// Writes a part, replacing an existing one. The part is on the disk when this function
+    /// returns.
     pub(crate) fn write_part(&self, number: u32, payload: &[u8]) -> Result<(), PlanError> {
         let (header, checksum) = part::frame(&self.digest, &self.unit_digest(number), payload);
         durable::write(&self.part_path(number), &[&header, payload, &checksum])
     }
 
     /// Reads all parts in the order of their numbers, and calls `each` with every one until a part
-    /// is missing. All parts are read, and the missing ones are returned.
+    /// is missing. After that, the other parts are read and checked, but `each` is not called with
+    /// them. The result lists the missing units.
     ///
     /// # Errors
     /// If a file cannot be read, or `each` fails.
@@ -224,7 +227,7 @@ impl Folder {
         durable::check_writable(&self.parts())
     }
 
-    /// Returns the numbers of the units that have a part; the parts are not read.
+    /// Returns the indices of the units that have a part; the parts are not read.
     pub(crate) fn done(&self) -> Result<Vec<u32>, PlanError> {
         let names = names(&self.parts())?.into_iter();
         let numbers = names.filter_map(|name| part_number(&name));
@@ -237,7 +240,7 @@ fn part_name(number: u32) -> String {
     format!("{number:08}.part")
 }
 
-/// Returns the number in the name of a part.
+/// Returns the index of the unit whose part has this file name; `None` if no part has such a name.
 fn part_number(name: &str) -> Option<u32> {
     let number = name.strip_suffix(".part")?.parse().ok()?;
     (part_name(number) == name).then_some(number)

@@ -16,8 +16,9 @@ const MAGIC: &[u8; 16] = b"linelit-part 2\n\n";
 /// A SHA-256 digest.
 pub(crate) type Digest = [u8; 32];
 
-/// The number of bytes before the payload, and of all bytes except the payload.
+/// The number of bytes of a part before its payload.
 const HEADER: usize = MAGIC.len() + 2 * size_of::<Digest>();
+/// The number of bytes of a part in addition to its payload: the header and the checksum.
 const OVERHEAD: usize = HEADER + size_of::<Digest>();
 
 /// Returns the digest of pieces, one after the other.
@@ -50,8 +51,8 @@ pub(crate) fn frame(plan: &Digest, unit: &Digest, payload: &[u8]) -> (Vec<u8>, D
     (header, checksum)
 }
 
-/// Returns the payload of a part if it is complete and belongs to this unit; otherwise what is
-/// wrong with it.
+/// Returns the payload of a part if it is complete and belongs to this unit; otherwise a text that
+/// says what is wrong with the part.
 pub(crate) fn payload(mut bytes: Vec<u8>, plan: &Digest, unit: &Digest) -> Result<Vec<u8>, String> {
     let Some(end) = bytes
         .len()

@@ -21,12 +21,12 @@ pub struct Plan {
     pub program: String,
     /// The kind of computation, such as `render`.
     pub kind: String,
-    /// The settings of that kind as JSON, including all defaults.
+    /// The settings of the computation as JSON, including all defaults.
     #[serde(with = "raw")]
     pub settings: String,
     /// The files that the work reads.
     pub inputs: Vec<Input>,
-    /// The units, in the order of their numbers.
+    /// The units of work. Other types refer to a unit by its index in this list.
     pub units: Vec<Unit>,
 }
 
@@ -36,9 +36,9 @@ pub struct Plan {
 pub struct Unit {
     /// The name of the unit in messages.
     pub name: String,
-    /// An estimate of its cost, in seconds of one thread.
+    /// An estimate of the unit's cost, in seconds of one thread.
     pub cost: f64,
-    /// The earlier units whose parts it reads (`Task::part`).
+    /// The earlier units whose parts this unit reads (`Task::part`).
     #[serde(default)]
     pub needs: Range<u32>,
     /// The settings of the unit as JSON.
@@ -94,7 +94,7 @@ impl InputFile {
 }
 
 impl Input {
-    /// Checks that the files are still the same as when the plan was made.
+    /// Checks that the files that were `found` now are the same as when the plan was made.
     ///
     /// # Errors
     /// [`PlanError::Refused`], which names all files that differ.
@@ -161,7 +161,7 @@ impl Plan {
         Ok((text, seal))
     }
 
-    /// Checks that this can be a plan; if not, the caller made a mistake.
+    /// Checks that the plan is valid; an error means that the caller made a mistake.
     fn check(&self) -> Result<(), PlanError> {
         let refused = |text: String| Err(PlanError::Refused(text));
         if u32::try_from(self.units.len()).is_err() {

@@ -62,12 +62,12 @@ pub enum Event<'a> {
 /// The numbers of units that a process computed, found and left.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RunCounts {
-    /// The units that it computed.
+    /// The number of units that the process computed.
     pub computed: u32,
-    /// The units whose parts already existed.
+    /// The number of units whose parts already existed.
     pub found: u32,
-    /// The units without a part when the process ended: units of other shards, and units that were
-    /// left out.
+    /// The number of units without a part when the process ended: units of other shards, and units
+    /// that were left out.
     pub elsewhere: u32,
 }
 
@@ -85,7 +85,7 @@ impl fmt::Debug for Task<'_> {
 }
 
 impl Task<'_> {
-    /// Returns the unit's number.
+    /// Returns the index of the unit in the plan.
     #[must_use]
     pub const fn number(&self) -> u32 {
         self.number
@@ -108,7 +108,7 @@ impl Task<'_> {
     /// Returns the part of a unit that this one needs. If it does not exist, it is computed first.
     ///
     /// # Errors
-    /// If it cannot be computed or read.
+    /// If the part cannot be computed or read.
     pub fn part(&self, number: u32) -> Result<Vec<u8>, PlanError> {
         self.runner.part(number)
     }
@@ -124,8 +124,8 @@ impl Task<'_> {
 ///
 /// # Errors
 /// The first failure of `work`, or of reading or writing a part; [`PlanError::Interrupted`] if
-/// [`Run::stop`] stopped it. In both cases the units that are being computed are finished first,
-/// and finished parts stay.
+/// [`Run::stop`] stopped the run. In both cases the units that are being computed are finished
+/// first, and finished parts stay.
 pub fn run(
     folder: &Folder,
     options: &Run<'_>,
@@ -181,14 +181,14 @@ struct Runner<'a> {
     folder: &'a Folder,
     options: &'a Run<'a>,
     work: Work<'a>,
-    /// For each unit a flag whether it was counted. The thread that computes the unit holds the
-    /// lock.
+    /// For each unit of the plan, a flag whether the unit was counted in `ran`. The thread that
+    /// computes the unit holds the lock of its flag.
     counted: Vec<Mutex<bool>>,
-    /// For each unit whether it was left out.
+    /// For each unit of the plan, whether it was left out.
     left_out: Vec<AtomicBool>,
     /// The first error.
     failed: Mutex<Option<PlanError>>,
-    /// The numbers so far.
+    /// The numbers of units that were computed, found and left so far.
     ran: Mutex<RunCounts>,
 }
 

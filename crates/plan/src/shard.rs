@@ -4,8 +4,8 @@ use crate::{Plan, PlanError};
 use std::fmt;
 use std::str::FromStr;
 
-/// The number of a process among all processes that share a plan, and the number of these; written
-/// `I/N`, from `1/N` to `N/N`.
+/// One of N equal shares of a plan's units, which one of N processes computes. It is written `I/N`,
+/// where I is the number of the process, from 1 to N.
 ///
 /// ```
 /// use linelit_plan::Shard;
@@ -25,7 +25,7 @@ impl Shard {
     /// The only shard, which has all units.
     pub const ALL: Self = Self { index: 0, count: 1 };
 
-    /// Creates the shard of an index from 0; `None` unless it is below the count.
+    /// Creates the shard with an index from 0; `None` unless the index is below the count.
     #[must_use]
     pub fn new(index: u32, count: u32) -> Option<Self> {
         (index < count).then_some(Self { index, count })
@@ -38,7 +38,7 @@ impl Shard {
     ///
     /// # Errors
     /// If a variable is not a number, the number of processes is unknown, or the index is not below
-    /// it.
+    /// the number of processes.
     pub fn from_environment(
         get: impl Fn(&str) -> Option<String>,
         count: Option<u32>,

@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The least time of `count` calls in seconds.
+/// Returns the least time of `count` calls in seconds.
 fn least<E>(count: u32, mut call: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
     let mut least = f64::INFINITY;
     for _ in 0..count {

@@ -13,7 +13,8 @@ use linelit::geometry::DVec3;
 use linelit::{Estimator, Light, Scene};
 use std::error::Error;
 
-/// The reflections that the test makes in Python, with the diffuse part and the lobe of each.
+/// Returns the reflections that the test makes in Python, with the diffuse part and the lobe of
+/// each.
 fn reflections() -> Vec<(&'static str, Layers)> {
     // Make the lobes, with the same numbers as in the test.
     let colour = DVec3::new(0.5, 0.4, 0.3);

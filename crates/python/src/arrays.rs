@@ -31,7 +31,7 @@ pub(crate) struct Vectors<'py> {
     pub(crate) shape: Vec<usize>,
 }
 
-/// A copy of vectors, for objects that outlive the array, which its owner may change.
+/// A copy of an array of vectors, for objects that outlive the array, whose owner may change it.
 pub(crate) enum Kept {
     Single(Vec<[f32; 3]>),
     Double(Vec<[f64; 3]>),
@@ -47,7 +47,7 @@ impl From<Rows<'_>> for Kept {
 }
 
 impl Kept {
-    /// The vectors as an array of shape (n, 3).
+    /// Returns the vectors as an array of shape (n, 3).
     pub(crate) fn array<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         match self {
             Self::Single(rows) => out(py, rows.as_flattened().to_vec(), &[rows.len(), 3]),
@@ -57,7 +57,7 @@ impl Kept {
 }
 
 impl Rows<'_> {
-    /// The number of vectors.
+    /// Returns the number of vectors.
     pub(crate) const fn len(self) -> usize {
         match self {
             Self::Single(rows) => rows.len(),
@@ -65,7 +65,7 @@ impl Rows<'_> {
         }
     }
 
-    /// The vector of number `i`.
+    /// Returns the vector with the index `i`.
     pub(crate) fn get(self, i: usize) -> [f64; 3] {
         match self {
             Self::Single(rows) => rows[i].map(f64::from),
@@ -106,7 +106,7 @@ impl<'py> Vectors<'py> {
         }
     }
 
-    /// All vectors as one slice, in C order.
+    /// Returns all vectors as one slice, in C order.
     pub(crate) fn rows(&self) -> PyResult<Rows<'_>> {
         Ok(match &self.array {
             Reals::Single(array) => Rows::Single(array.as_slice()?.as_chunks().0),
@@ -136,7 +136,7 @@ impl<'py> Reals<'py> {
         }
     }
 
-    /// The lengths of all axes.
+    /// Returns the lengths of all axes.
     pub(crate) fn shape(&self) -> &[usize] {
         match self {
             Self::Single(array) => array.shape(),
@@ -144,7 +144,7 @@ impl<'py> Reals<'py> {
         }
     }
 
-    /// All numbers in C order, in double precision.
+    /// Returns all numbers in C order, in double precision.
     pub(crate) fn to_f64(&self) -> PyResult<Vec<f64>> {
         Ok(match self {
             Self::Single(array) => array.as_slice()?.iter().map(|&x| x.into()).collect(),
@@ -179,7 +179,7 @@ pub(crate) fn channels(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(DVec3,
     }
 }
 
-/// Reads an argument of triangles, as the numbers of their vertices, of shape (m, 3).
+/// Reads an argument of triangles: an array of shape (m, 3) of indices of vertices.
 pub(crate) fn triangles<'py>(
     name: &str,
     given: &Bound<'py, PyAny>,
@@ -194,8 +194,8 @@ pub(crate) fn triangles<'py>(
     }
 }
 
-/// Reads an argument of polygons, as the numbers of their vertices: an array of shape (m, k), or a
-/// list or tuple of sequences, which may have different lengths.
+/// Reads an argument of polygons, given by the indices of their vertices: an array of shape (m, k),
+/// or a list or tuple of sequences, which may have different lengths.
 pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<u32>>> {
     // Take the polygons of a list or a tuple one by one.
     if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
@@ -228,7 +228,7 @@ pub(crate) fn polygons(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Vec
     }
 }
 
-/// Reads an argument of integers that are numbers of vertices.
+/// Reads an argument of integers that are indices of vertices.
 fn integers<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, u32>> {
     if let Some(array) = as_it_is::<u32>(given) {
         return Ok(array);
@@ -266,7 +266,7 @@ fn whole<'py>(
     converted(name, array)
 }
 
-/// The argument itself, if it is an aligned array of this type in C order.
+/// Returns the argument itself, if it is an aligned array of this type in C order.
 fn as_it_is<'py, T: Element>(given: &Bound<'py, PyAny>) -> Option<PyReadonlyArrayDyn<'py, T>> {
     let array = given.cast_exact::<PyArrayDyn<T>>().ok()?;
     let is_plain = array.is_c_contiguous() && array.is_aligned();
@@ -307,14 +307,14 @@ fn any_array<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
     }
 }
 
-/// The module `numpy`, which is imported once.
+/// Returns the module `numpy`, which is imported once.
 fn numpy(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     static NUMPY: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
     let module = NUMPY.get_or_try_init(py, || Ok::<_, PyErr>(py.import("numpy")?.unbind()))?;
     Ok(module.bind(py))
 }
 
-/// A shape as Python writes it.
+/// Returns a shape as Python writes it, such as `(2, 3)`.
 pub(crate) fn shape_text(shape: &[usize]) -> String {
     let lengths: Vec<_> = shape.iter().map(usize::to_string).collect();
     match lengths.as_slice() {

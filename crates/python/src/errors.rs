@@ -20,7 +20,7 @@ pub(crate) const NAMED: Named = Named {
     normals: "normals",
 };
 
-/// A `ValueError` with this message.
+/// Returns a `ValueError` with this message.
 pub(crate) fn value_error(what: impl Into<String>) -> PyErr {
     PyValueError::new_err(what.into())
 }
@@ -47,7 +47,7 @@ pub(crate) fn whole<T: Whole>(name: &str, x: i128) -> Result<T, PyErr> {
     T::try_from(x).map_err(|_| what())
 }
 
-/// Gives the caller a `UserWarning`.
+/// Issues a Python `UserWarning` with this text.
 pub(crate) fn warn(py: Python<'_>, what: &impl Display) -> PyResult<()> {
     let text = std::ffi::CString::new(what.to_string())?;
     PyErr::warn(py, &PyUserWarning::type_object(py), &text, 2)
@@ -61,13 +61,13 @@ pub(crate) fn warn_if_coarse(py: Python<'_>, rounding: Rounding) -> PyResult<()>
     }
 }
 
-/// A vector as error messages show it.
+/// Formats a vector as error messages show it.
 pub(crate) fn shown([x, y, z]: [f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Converts an error of a query for many points. `value` returns the point and the normal of a
-/// number, for the message.
+/// Converts an error of a query for many points. `value` returns the point and the normal with a
+/// given index, for the message.
 pub(crate) fn of_query(
     error: Error,
     names: Named,
@@ -90,7 +90,7 @@ pub(crate) fn of_query(
     })
 }
 
-/// The message of an error that concerns the scene and not a point.
+/// Returns the message of an error that concerns the scene and not a point.
 pub(crate) fn of_scene(error: &Error) -> String {
     match error {
         Error::Vertex(i) => format!("vertices[{i}] is not finite, or beyond 2^60"),

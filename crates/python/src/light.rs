@@ -21,7 +21,7 @@ use std::sync::Arc;
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Light {
     pub(crate) light: RustLight,
-    /// Whether its emission was given as one number.
+    /// Whether the emission of the light was given as one number for all channels.
     pub(crate) is_single: bool,
     made: Made,
 }
@@ -539,7 +539,7 @@ impl Light {
     }
 }
 
-/// The name of a light's shape, as Python shows it.
+/// Returns the name of a light's shape, as Python shows it.
 pub(crate) const fn kind(light: &RustLight) -> &'static str {
     match light {
         RustLight::Area(_) => "polygon",
@@ -571,7 +571,7 @@ fn ends(start: &Bound<'_, PyAny>, end: &Bound<'_, PyAny>) -> PyResult<[DVec3; 2]
     }
 }
 
-/// Whether an argument has more than one axis.
+/// Returns whether an argument has more than one axis.
 fn is_image(given: &Bound<'_, PyAny>) -> PyResult<bool> {
     Ok(given.hasattr("ndim")? && given.getattr("ndim")?.extract::<usize>()? > 1)
 }

@@ -26,7 +26,8 @@ pub(crate) struct Method {
     pub(crate) sampler: String,
 }
 
-/// The number of scenes with lights that are cached for each scene of triangles.
+/// The largest number of scenes with lights that are cached for each scene of triangles; a new one
+/// replaces the oldest.
 const KEPT: usize = 8;
 
 /// The cache of the latest scenes with lights and a method, the latest first.
@@ -83,7 +84,7 @@ impl Latest {
     }
 }
 
-/// The message of an error about lights or a method.
+/// Returns the message of an error about lights or a method.
 fn not_lit(error: &Error, lights: &[Bound<'_, Light>]) -> String {
     match error {
         Error::NotExact(i) => format!(
@@ -105,7 +106,7 @@ impl Method {
         })
     }
 
-    /// A method for queries about visibility, which estimate no light: one that needs no
+    /// Returns a method for queries about visibility, which estimate no light: one that needs no
     /// measurement of how much hides each light.
     pub(crate) fn plain() -> Self {
         Self {
@@ -115,14 +116,14 @@ impl Method {
         }
     }
 
-    /// The estimator that the method names.
+    /// Returns the estimator that the method names.
     fn parse(&self) -> PyResult<Estimator> {
         let parsed = self.estimator.parse();
         parsed.map_err(|e| value_error(format!("method=\"{}\": {e}", self.estimator)))
     }
 }
 
-/// The lights of an argument, which is a light or a sequence of lights.
+/// Returns the lights of an argument, which is a light or a sequence of lights.
 pub(crate) fn lights<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Light>>> {
     let refused = |what: &Bound<'_, PyAny>| {
         let kind = what.get_type();
@@ -143,7 +144,7 @@ pub(crate) fn lights<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, 
     each.collect()
 }
 
-/// The light of an argument that has to be one light.
+/// Returns the light of an argument that has to be one light, as a list of one.
 pub(crate) fn one_light<'py>(given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, Light>>> {
     let all = lights(given)?;
     match all.len() {

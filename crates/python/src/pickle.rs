@@ -11,8 +11,8 @@ pub(crate) type Reduced<'py> = (
     (String, Bound<'py, PyTuple>, Bound<'py, PyDict>),
 );
 
-/// The value of `__reduce__` for an object that the function `by` of `_linelit` makes from these
-/// arguments.
+/// Returns the value of `__reduce__` for an object that the function `by` of `_linelit` makes from
+/// these arguments.
 pub(crate) fn reduced<'py>(
     py: Python<'py>,
     by: &str,

@@ -21,8 +21,8 @@ pub(crate) fn parsed<T: std::str::FromStr<Err: std::fmt::Display>>(
     parsed.map_err(|e| value_error(format!("{name}=\"{text}\": {e}")))
 }
 
-/// The error of a scene that cannot be read: `FileNotFoundError` where the name looks like a path
-/// and there is no such file, else `ValueError`.
+/// Returns the error of a scene that cannot be read: `FileNotFoundError` where the name looks like
+/// a path and there is no such file, else `ValueError`.
 pub(crate) fn not_read(name: &str, error: &anyhow::Error) -> PyErr {
     let text = format!("{error:#}");
     let is_path = name.contains(['/', '\\', '.']) && !std::path::Path::new(name).exists();
@@ -113,7 +113,8 @@ fn set_resolution(scene: &mut SceneDescription, resolution: Option<[i128; 2]>) -
     Ok(())
 }
 
-/// The metadata of a picture: its settings, and the numbers of rays, lines and shafts that it took.
+/// Returns the metadata of a picture: its settings, and the numbers of rays, lines and shafts that
+/// it took.
 fn metadata<'py>(
     py: Python<'py>,
     settings: &Settings,

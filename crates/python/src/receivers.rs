@@ -1,5 +1,5 @@
-//! The points and normals of a query, and the queries of the Rust library for all of them. Either
-//! may be in single or double precision, and one normal may be for all points.
+//! The points and normals of a query, and the queries of the Rust library for all of them. Points
+//! and normals may each be in single or double precision, and one normal may be for all points.
 
 use crate::arrays::{Rows, Vectors, shape_text};
 use crate::errors::{NAMED, of_query, value_error};
@@ -30,13 +30,13 @@ impl<'a> Receivers<'a> {
         })
     }
 
-    /// The normal of the point of number `i`.
+    /// Returns the normal of the point with the index `i`.
     pub(crate) fn normal(&self, i: usize) -> DVec3 {
         let only = self.normals.len() == 1;
         self.normals.get(if only { 0 } else { i }).into()
     }
 
-    /// The point of number `i` and its normal.
+    /// Returns the point with the index `i` and its normal.
     pub(crate) fn get(&self, i: usize) -> [[f64; 3]; 2] {
         [self.points.get(i), self.normal(i).to_array()]
     }
@@ -52,7 +52,7 @@ impl<'a> Receivers<'a> {
         done.map_err(|e| of_query(e, NAMED, |i| self.get(i)))
     }
 
-    /// The irradiance at each point.
+    /// Writes the irradiance at each point to `out`.
     pub(crate) fn irradiances(&self, scene: &Scene, out: &mut [[f64; 3]]) -> Result<(), Error> {
         // Pass points and normals of one precision on as they are; convert others to f64, some at a
         // time, which needs little memory.
@@ -77,8 +77,8 @@ impl<'a> Receivers<'a> {
         }
     }
 
-    /// The radiance that each point reflects to its viewer, with one BSDF for all points or one for
-    /// each, and one direction for all or one for each.
+    /// Writes to `out` the radiance that each point reflects to its viewer, with one BSDF for all
+    /// points or one for each, and one direction for all or one for each.
     pub(crate) fn radiances(
         &self,
         scene: &Scene,
@@ -103,7 +103,7 @@ impl<'a> Receivers<'a> {
         Ok(())
     }
 
-    /// The visible fraction of the scene's only light from each point.
+    /// Writes to `out` the fraction of the scene's only light that each point sees.
     pub(crate) fn fractions(
         &self,
         scene: &Scene,
@@ -117,11 +117,11 @@ impl<'a> Receivers<'a> {
     }
 }
 
-/// The number of points that are converted at a time.
+/// The number of points that are converted to double precision at a time.
 pub(crate) const AT_ONCE: usize = 1 << 16;
 
-/// Converts an error of a chunk of points, the first of which has the number `first`, to the
-/// numbers of all points.
+/// Converts an error about a chunk of points, whose first point has the index `first` among all
+/// points, to an error with the index among all points.
 pub(crate) const fn from(first: usize, error: Error) -> Error {
     match error {
         Error::Point(i) => Error::Point(first + i),

@@ -28,7 +28,7 @@ use pyo3::types::PyDict;
 #[pyclass(frozen, module = "linelit")]
 pub(crate) struct Reflection {
     layers: Layers,
-    /// Whether each of its colours was given as one number.
+    /// Whether each colour of the reflection was given as one number for all channels.
     pub(crate) is_single: bool,
     name: String,
     origin: Origin,
@@ -93,7 +93,7 @@ impl Reflection {
         })
     }
 
-    /// The reflection as a BSDF of the Rust library.
+    /// Returns the reflection as a BSDF of the Rust library.
     pub(crate) fn bsdf(&self) -> Bsdf {
         self.layers.clone().into()
     }

@@ -21,7 +21,7 @@ enum Technique<'a> {
     Line(&'a linelit::lights::LinearLight, LinearTechnique),
 }
 
-/// The names of the densities of points on surfaces.
+/// The names that Python has for the densities of points on surfaces.
 const DENSITIES: [(&str, PointDensity); 5] = [
     ("area", PointDensity::Area),
     ("visible-area", PointDensity::VisibleArea),
@@ -31,7 +31,8 @@ const DENSITIES: [(&str, PointDensity); 5] = [
 ];
 
 impl<'a> Technique<'a> {
-    /// The technique of this name for a light; the error names the techniques that the light has.
+    /// Creates the technique with this name for a light; the error names the techniques that the
+    /// light has.
     fn new(light: &'a RustLight, name: &str) -> PyResult<Self> {
         // Collect the names of the light's techniques.
         let known: Vec<&str> = match light {
@@ -114,7 +115,8 @@ impl<'a> Technique<'a> {
             .unwrap_or(([0.0; 3], 0.0))
     }
 
-    /// The density of a point of the light, zero where it cannot be drawn.
+    /// Returns the density with which the technique draws `point` on the light from a shading
+    /// point; zero where it cannot be drawn.
     fn pdf(self, position: DVec3, normal: DVec3, point: DVec3) -> f64 {
         let on_surface = |source: &PointSource<'_>, surface: &Surface<'_>| {
             Some(source.density(&LightPoint::new(point, position, surface)))
@@ -164,7 +166,7 @@ impl<'a> ShadingPoints<'a> {
         })
     }
 
-    /// Calls `one` with the number, the position and the unit normal of each shading point, and
+    /// Calls `one` with the index, the position and the unit normal of each shading point, and
     /// returns the points and the densities that it returned.
     fn each(
         &self,
@@ -180,7 +182,7 @@ impl<'a> ShadingPoints<'a> {
         alone(py, || (0..count).map(each).collect())?
     }
 
-    /// The shading point of number `i` and its unit normal.
+    /// Returns the shading point with the index `i` and its unit normal.
     fn get(&self, i: usize) -> PyResult<[DVec3; 2]> {
         let of = |rows: Rows<'_>| rows.get(if rows.len() == 1 { 0 } else { i });
         let (point, normal) = (of(self.points), of(self.normals));

@@ -105,8 +105,8 @@ fn built<V: Vector3 + Copy + Sync>(
     builder.build()
 }
 
-/// An array of this shape with three channels for each point; or, where all channels are the same
-/// because arguments had one number for all, with that number.
+/// Returns an array of this shape with three channels for each point. If `is_single`, because the
+/// arguments had one number for all channels, the array has one number for each point instead.
 fn colours<'py>(
     py: Python<'py>,
     found: Vec<[f64; 3]>,

@@ -73,7 +73,8 @@ pub(crate) fn converge(
     measured.map_err(|error| not_read(&spec.scenes[0], &error))
 }
 
-/// Measures a study unit by unit, counts the units that are done, and returns the tables.
+/// Measures a study unit by unit, counts in `done` the units that are finished, and returns the
+/// tables.
 fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
     let load = |name: &str| {
         let loaded = Library::default().load(name)?;
@@ -104,7 +105,7 @@ fn measure(spec: &StudySpec, done: &Done) -> Result<Tables> {
     })
 }
 
-/// The tables of the results of all units.
+/// Returns the tables of the results of all units.
 fn tables(
     spec: &StudySpec,
     work: &Work<'_, '_, '_>,

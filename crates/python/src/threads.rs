@@ -1,10 +1,10 @@
 //! How long calls run: without the interpreter's lock, on threads of their own, and so that Ctrl-C
 //! stops them.
 //!
-//! Work asks now and then whether it should stop (`linelit::geometry::stop`), and unwinds if so.
+//! Work queries now and then whether it should stop (`linelit::geometry::stop`), and unwinds if so.
 //! Long work runs on a pool of threads, while the calling thread waits and checks for signals every
-//! 50 ms ([`watched`]). Short work runs in the calling thread, where answering that question means
-//! a check for signals ([`alone`]). Pools are used again by later calls ([`WorkerPool`]).
+//! 50 ms ([`watched`]). Short work runs in the calling thread, where each such query checks for
+//! signals ([`alone`]). Pools are used again by later calls ([`WorkerPool`]).
 
 use crate::errors::value_error;
 use linelit::geometry::stop::{self, Stopped};
@@ -18,10 +18,12 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often the calling thread checks whether a signal such as Ctrl-C has arrived.
+/// The time after which the calling thread checks again whether a signal such as Ctrl-C has
+/// arrived.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The largest number of items for which a call is short: waking other threads would take longer.
+/// The largest number of items of work for which a call runs in the calling thread: waking other
+/// threads would take longer.
 const SHORT: usize = 64;
 
 /// A pool of threads that serves one call at a time and can be stopped.
@@ -29,17 +31,17 @@ struct WorkerPool {
     /// The number of threads that calls request; zero means one thread for each core.
     threads: usize,
     pool: ThreadPool,
-    /// Set to make work on these threads unwind.
+    /// The flag that is set to make work on the pool's threads unwind.
     stop: Arc<AtomicBool>,
 }
 
-/// The idle crews, and the process that their threads belong to: after a fork, the child has the
-/// memory of the crews but not their threads. The mutex is locked only by threads that hold the
+/// The idle pools, and the process that their threads belong to: after a fork, the child has the
+/// memory of the pools but not their threads. The mutex is locked only by threads that hold the
 /// interpreter's lock, so that no fork finds it locked.
 static IDLE: Mutex<(u32, Vec<WorkerPool>)> = Mutex::new((0, Vec::new()));
 
 impl WorkerPool {
-    /// Takes an idle crew with this number of threads, or starts a new one.
+    /// Takes an idle pool with this number of threads, or starts a new one.
     fn take(threads: Option<usize>) -> PyResult<Self> {
         // Check the number of threads.
         if let Some(threads) = threads
@@ -50,18 +52,18 @@ impl WorkerPool {
             )));
         }
         let threads = threads.unwrap_or(0);
-        // Look for an idle crew of this process.
+        // Look for an idle pool of this process.
         let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
         let (process, crews) = &mut *idle;
         if *process != process::id() {
-            // After a fork, leak the parent's crews: dropping them would try to wake their threads.
+            // After a fork, leak the parent's pools: dropping them would try to wake their threads.
             std::mem::forget(std::mem::take(crews));
             *process = process::id();
         }
         if let Some(k) = crews.iter().position(|crew| crew.threads == threads) {
             return Ok(crews.swap_remove(k));
         }
-        // Start a new crew, whose threads look at its flag when work asks whether to stop.
+        // Start a new pool, whose threads look at its flag when work queries whether to stop.
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let ask = move |_| {
@@ -77,7 +79,7 @@ impl WorkerPool {
         })
     }
 
-    /// Makes the crew idle, ready for the next call.
+    /// Puts the pool back among the idle ones, ready for the next call.
     fn put_back(self) {
         self.stop.store(false, Ordering::Relaxed);
         let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -154,11 +156,11 @@ impl Done {
 }
 
 /// Does work in this thread without the interpreter's lock, and checks for signals every 50 ms when
-/// the work asks whether to stop. The work must not use rayon: outside of a [`WorkerPool`] that
+/// the work asks whether to stop. The work must not use rayon: outside of a [`WorkerPool`], that
 /// means rayon's global pool, whose threads a forked child does not have.
 pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let watch = || {
-        // Answer the question whether to stop by a check for signals, at most every 50 ms.
+        // Make the query whether to stop check for signals, at most every 50 ms.
         let (next, error) = (Cell::new(Instant::now() + LOOK), Rc::default());
         let found: Rc<RefCell<Option<PyErr>>> = Rc::clone(&error);
         let look = move || {
@@ -169,7 +171,7 @@ pub(crate) fn alone<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
             next.set(Instant::now() + LOOK);
             found.borrow().is_some()
         };
-        // Do the work, and restore the thread's former question.
+        // Do the work, and restore the thread's former query.
         let before = stop::ask(Some(Rc::new(look)));
         let ended = stop::catch(work);
         stop::ask(before);

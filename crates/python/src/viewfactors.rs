@@ -70,7 +70,7 @@ pub(crate) struct ViewFactors {
     sides: i64,
 }
 
-/// The largest number of pieces that work is divided into for threads.
+/// The largest number of pieces into which the work of a call is divided among threads.
 const PIECES: usize = 1024;
 
 #[pymethods]
@@ -411,14 +411,15 @@ impl ViewFactors {
 }
 
 impl ViewFactors {
-    /// Checks that an argument is the number of a facet.
+    /// Checks that the argument `i`, called `name` in the message, is the index of a facet, and
+    /// returns it.
     fn number(&self, name: &str, i: i64) -> PyResult<usize> {
         let count = self.facets.len();
         let found = usize::try_from(i).ok().filter(|i| *i < count);
         found.ok_or_else(|| value_error(format!("{name} is {i}, but there are {count} facets")))
     }
 
-    /// Calls `one` with the number of each value, the value and a thread's memory, on all threads.
+    /// Calls `one` with the index of each value, the value and a thread's memory, on all threads.
     fn for_each<T: Send>(
         &self,
         py: Python<'_>,
@@ -440,7 +441,7 @@ static ESTIMATE: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static POINT_FACTORS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static FACTOR_MATRIX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
-/// A class of named tuples in `_viewfactors.py`, which is imported once.
+/// Returns the class of named tuples called `name` in `_viewfactors.py`, which is imported once.
 fn named<'py>(
     py: Python<'py>,
     once: &'static PyOnceLock<Py<PyType>>,
@@ -449,7 +450,7 @@ fn named<'py>(
     once.import(py, "linelit._viewfactors", name)
 }
 
-/// Checks the point of number `i` and its normal.
+/// Checks that the point with the index `i` and its normal are valid.
 fn check([point, normal]: [[f64; 3]; 2], i: usize) -> Result<(), Error> {
     const LARGEST: f64 = (1_u64 << 60) as f64;
     if !point.iter().all(|x| x.abs() <= LARGEST) {
@@ -459,7 +460,7 @@ fn check([point, normal]: [[f64; 3]; 2], i: usize) -> Result<(), Error> {
     is_direction.then_some(()).ok_or(Error::Normal(i))
 }
 
-/// A matrix of zeros by rows, or `MemoryError` if there is not enough memory for it.
+/// Returns a matrix of zeros by rows, or `MemoryError` if there is not enough memory for it.
 fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     let mut values = Vec::new();
     let room = rows.checked_mul(width).ok_or(());
@@ -470,7 +471,7 @@ fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     Ok(values)
 }
 
-/// The message of an error about facets.
+/// Returns the message of an error about facets.
 fn not_built(error: FacetError, vertices: usize) -> String {
     match error {
         FacetError::Vertex(i) => of_scene(&Error::Vertex(i)),

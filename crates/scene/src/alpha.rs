@@ -15,7 +15,7 @@ pub struct Alpha {
     pub cutoff: f32,
 }
 
-/// An [`Alpha`] as numbers on a grid, the form in which shadow rays and shafts look masks up.
+/// The numbers of an [`Alpha`] on a grid, in which shadow rays and shafts look masks up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaGrid {
     /// Texels across.
@@ -35,7 +35,8 @@ pub struct AlphaGrid {
 }
 
 impl AlphaGrid {
-    /// The largest distance of coordinates from zero, in texels; coordinates beyond are clamped.
+    /// The largest distance of grid coordinates from zero, in texels (2²⁴); coordinates beyond this
+    /// distance are clamped to it.
     pub const FARTHEST: f64 = 16_777_216.0;
 
     /// Maps texture coordinates to coordinates of the grid, which is the unit square with rows from
@@ -54,9 +55,10 @@ impl Alpha {
     /// The cutoff by which a surface exists where the number is not zero, as in pbrt-v3.
     pub const ABOVE_ZERO: f32 = f32::MIN_POSITIVE;
 
-    /// The mask as a grid, if its texture is a constant, an image or a checkerboard of constants,
-    /// times constants. It is `None` for other textures: products and mixtures of several images,
-    /// and inverted images that are black beyond their edges (which the inversion makes white).
+    /// Returns the mask as a grid of numbers, if its texture is a constant, an image or a
+    /// checkerboard of constants, times constants. It is `None` for other textures: products and
+    /// mixtures of several images, and inverted images that are black beyond their edges (which the
+    /// inversion makes white).
     #[must_use]
     pub fn grid(&self) -> Option<AlphaGrid> {
         let grid = |width, height, values, mapping, wrap, nearest| AlphaGrid {
@@ -116,8 +118,8 @@ impl Alpha {
         }
     }
 
-    /// Whether some texture coordinates are beyond [`AlphaGrid::FARTHEST`] texels on an image of
-    /// the mask, so that lookups would clamp them.
+    /// Returns whether some texture coordinates are beyond [`AlphaGrid::FARTHEST`] texels on an
+    /// image of the mask, so that lookups would clamp them.
     #[must_use]
     pub fn is_beyond(&self, uvs: &[[f32; 2]]) -> bool {
         let mut beyond = false;
@@ -132,8 +134,8 @@ impl Alpha {
         beyond
     }
 
-    /// Whether it is surely the same as another mask: constants and images are compared, and other
-    /// textures count as different.
+    /// Returns whether this mask is certainly the same as another one: constants and images are
+    /// compared, and other textures count as different.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let same = match (&self.texture, &other.texture) {
             (Texture::Constant(a), Texture::Constant(b)) => a == b,
@@ -158,7 +160,8 @@ fn without_factors(texture: &Texture) -> Option<(&Texture, DVec3)> {
     }
 }
 
-/// A value as a number in single precision: its luminance, or the number if it is one.
+/// Returns the value of a texture as a number in single precision: the luminance of a colour, or
+/// the number itself.
 #[allow(clippy::cast_possible_truncation, reason = "rounding is meant")]
 fn rounded(value: DVec3) -> f32 {
     Texture::Constant(value).evaluate_number(DVec2::ZERO) as f32
@@ -169,7 +172,7 @@ mod tests {
     use super::*;
     use crate::{ImageData, ImageTexture, TextureFilter};
 
-    /// The number of a grid at texture coordinates, by its nearest texel.
+    /// Returns the number of a grid at texture coordinates, by its nearest texel.
     fn nearest(grid: &AlphaGrid, uv: DVec2) -> f32 {
         let [x, y] = grid.place(uv);
         let (x, y) = (x * f64::from(grid.width), y * f64::from(grid.height));

@@ -52,12 +52,12 @@ pub struct Placement {
     pub emission: Option<EmissionSpec>,
     /// The holes of the mesh; they are ignored if it emits.
     pub cutout: Option<Cutout>,
-    /// Whether it casts no shadow; cameras see it nevertheless.
+    /// Whether the mesh casts no shadow; cameras see it nevertheless.
     pub casts_no_shadow: bool,
 }
 
 impl Placement {
-    /// Whether the transform is singular: it maps space to a plane, a line or a point.
+    /// Returns whether the transform is singular: it maps space to a plane, a line or a point.
     #[must_use]
     pub fn is_singular(&self) -> bool {
         let m = &self.to_world.matrix3;
@@ -76,14 +76,14 @@ pub struct Added {
     pub lights: usize,
     /// The number of triangles that should emit but could not be made a light.
     pub unlit: usize,
-    /// The reason why the first of those could not.
+    /// The reason why the first of the `unlit` triangles could not be made a light.
     pub why_unlit: Option<PolygonError>,
 }
 
 /// The reason why [`SceneBuilder`] refused a mesh or a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddError {
-    /// The vertex of this number is beyond [`MAX_COORDINATE`] in world space.
+    /// The vertex with this index in the mesh is beyond [`MAX_COORDINATE`] in world space.
     Vertex(usize),
     /// The transform is singular.
     Singular,
@@ -113,7 +113,8 @@ pub const MAX_COORDINATE: f32 = 1_152_921_504_606_846_976.0;
 /// The largest number of lights of a scene: each takes half a kilobyte.
 const MAX_LIGHTS: usize = 1 << 20;
 
-/// The number of texture lookups for the means over the triangles of a textured emitter.
+/// The largest number of texture lookups for the means over all triangles of a textured emitter
+/// together; the more triangles it has, the coarser is the mean over each.
 const MEAN_BUDGET: f64 = 4e6;
 
 /// Puts a [`SceneDescription`] together from meshes, materials and lights. It transforms vertices
@@ -131,7 +132,7 @@ pub struct SceneBuilder {
     /// The lower and the upper corner of the box around the vertices that triangles use, in world
     /// space.
     used: [DVec3; 2],
-    /// The largest distance by which rounding moved one of those vertices.
+    /// The largest distance by which rounding moved one of the vertices that triangles use.
     displacement: f64,
     pub(crate) positions: Vec<[f32; 3]>,
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -159,7 +160,8 @@ pub struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// Begins an empty scene, which takes at most `max_triangles` triangles.
+    /// Creates a builder with an empty scene, to which at most `max_triangles` triangles can be
+    /// added.
     #[must_use]
     pub fn new(max_triangles: usize) -> Self {
         Self {
@@ -185,13 +187,13 @@ impl SceneBuilder {
         }
     }
 
-    /// The number of triangles so far.
+    /// Returns the number of triangles so far.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }
 
-    /// The number of lights so far.
+    /// Returns the number of lights so far.
     #[must_use]
     pub fn light_count(&self) -> usize {
         self.lights.len()
@@ -217,7 +219,7 @@ impl SceneBuilder {
     /// Returns the alpha mask with this index.
     ///
     /// # Panics
-    /// If there is none of that index.
+    /// If there is no alpha mask with this index.
     #[must_use]
     pub fn alpha(&self, index: u32) -> &Alpha {
         &self.alphas[index as usize]
@@ -241,9 +243,9 @@ impl SceneBuilder {
         Some(index(self.profiles.len() - 1))
     }
 
-    /// Whether an emission has a profile that depends on the angle around its axis while the
-    /// transform of the shape stretches or shears. The profile is then only rotated and does not
-    /// follow the shape, about which readers warn.
+    /// Returns whether an emission has a profile that depends on the angle around its axis while
+    /// the transform of the shape stretches or shears. The profile is then only rotated and does
+    /// not follow the shape, about which readers warn.
     #[must_use]
     pub fn bends_profile(&self, spec: &EmissionSpec, to_world: &DMat3) -> bool {
         let profile = spec.profile.map(|k| &self.profiles[k as usize]);
@@ -251,7 +253,8 @@ impl SceneBuilder {
             && LightSpace::new(*to_world).is_some_and(|space| !space.is_rigid())
     }
 
-    /// The number of emissive spheres, disks and cylinders so far ([`SceneDescription::round`]).
+    /// Returns the number of emissive spheres, disks and cylinders so far
+    /// ([`SceneDescription::round`]).
     #[must_use]
     pub fn round_light_count(&self) -> usize {
         self.round.len()
@@ -380,7 +383,7 @@ impl SceneBuilder {
     }
 
     /// Extends the box around all used vertices, and the largest distance by which rounding moved
-    /// one, by the mesh whose first vertex has the number `base`. A vertex counts as used if one of
+    /// one, by the mesh whose first vertex has the index `base`. A vertex counts as used if one of
     /// its triangles has an area before rounding.
     fn measure(&mut self, mesh: &MeshData, place: &Placement, base: usize) {
         let mut is_used = vec![false; mesh.positions.len()];
@@ -401,7 +404,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Whether a triangle has an area after rounding.
+    /// Returns whether a triangle has an area after rounding.
     fn has_area(&self, t: [u32; 3]) -> bool {
         let [a, b, c] = t.map(|i| to_f64(self.positions[i as usize]));
         // Differences and products of f32 are exact or nearly so in f64; squares do not underflow.
@@ -477,15 +480,15 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The profile of an emission, if it has one, rotated by the transform of its mesh.
+    /// Returns the profile of an emission, if it has one, rotated by the transform of its mesh.
     fn placed_profile(&self, spec: &EmissionSpec, place: &Placement) -> Option<Arc<Profile>> {
         let profile = Profile::clone(&self.profiles[spec.profile? as usize]);
         let space = LightSpace::new(place.to_world.matrix3).unwrap_or(LightSpace::WORLD);
         Some(Arc::new(profile.placed(&space)))
     }
 
-    /// The triangles from `first` on as facets, wound so that their normals are on the side that
-    /// emits.
+    /// Returns the triangles from `first` on as facets, wound so that their normals are on the side
+    /// that emits.
     fn facets(&self, first: usize, mesh: &Mesh) -> Vec<Facet> {
         let facet = |t: &[u32; 3]| {
             let corners = t.map(|i| to_f64(self.positions[i as usize]));
@@ -501,8 +504,8 @@ impl SceneBuilder {
         self.triangles[first..].iter().map(facet).collect()
     }
 
-    /// The mean of the emission's texture over each triangle from `first` on; empty without a
-    /// texture.
+    /// Returns the mean of the emission's texture over each triangle from `first` on; empty without
+    /// a texture.
     fn emission_factors(&self, first: usize, mesh: &Mesh, spec: &EmissionSpec) -> Vec<DVec3> {
         let Some(map) = spec.map.map(|map| &self.emission_maps[map as usize]) else {
             return Vec::new();
@@ -615,9 +618,9 @@ impl SceneBuilder {
     }
 }
 
-/// The unit vector of a direction, or zero. A vector that already has unit length to `f32` rounding
-/// (half an ulp in each of three components) is not changed, so that a scene that was written to a
-/// file is the same bit for bit when it is read again.
+/// Returns the unit vector of a direction, or zero. A vector that already has unit length to `f32`
+/// rounding (half an ulp in each of three components) is not changed, so that a scene that was
+/// written to a file is the same bit for bit when it is read again.
 fn unit(n: DVec3) -> DVec3 {
     let rounding = 2.0 * f64::from(f32::EPSILON);
     if (n.length_squared() - 1.0).abs() <= rounding {
@@ -627,7 +630,8 @@ fn unit(n: DVec3) -> DVec3 {
     }
 }
 
-/// A number as an index. Numbers are below `u32::MAX`, as [`SceneBuilder::add_mesh`] refuses more.
+/// Returns a number as an index. Numbers are below `u32::MAX`, as [`SceneBuilder::add_mesh`]
+/// refuses more.
 fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
@@ -654,13 +658,13 @@ impl Coordinates {
         })
     }
 
-    /// The coordinates over the plane of triangle `k`.
+    /// Returns the texture coordinates of triangle `k`, as an affine function over its plane.
     fn plane(&self, k: usize) -> PlaneUv {
         PlaneUv::new(self.corners[k], self.uvs[k])
     }
 
-    /// Whether the texture coordinates of two triangles are one affine function, so that one map
-    /// can serve both.
+    /// Returns whether the texture coordinates of two triangles are one affine function, so that
+    /// one map can serve both.
     fn continues(&self, a: usize, b: usize) -> bool {
         let over = |a: usize, b: usize| {
             let plane = self.plane(a);
@@ -675,7 +679,8 @@ impl Coordinates {
     }
 }
 
-/// The mean of the values of some numbers, by their weights: `value` returns both for a number.
+/// Returns the weighted mean over some facets, given by their indices: `value` returns the value
+/// and the weight of a facet.
 fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
     let (sum, weight) = of.iter().fold((DVec3::ZERO, 0.0), |(sum, weight), &k| {
         let (v, w) = value(k);
@@ -684,8 +689,8 @@ fn mean(of: &[usize], value: impl Fn(usize) -> (DVec3, f64)) -> DVec3 {
     sum / weight
 }
 
-/// The matrix that transforms normals: the inverse transpose up to a positive factor, computed as
-/// the cofactor matrix times the sign of the determinant.
+/// Returns the matrix that transforms normals: the inverse transpose up to a positive factor,
+/// computed as the cofactor matrix times the sign of the determinant.
 fn normal_matrix(m: &DMat3) -> DMat3 {
     let cofactors = DMat3::from_cols(
         m.y_axis.cross(m.z_axis),

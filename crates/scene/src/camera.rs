@@ -46,7 +46,7 @@ pub struct Camera {
     tangent: f64,
     /// The screen window `[x_min, x_max, y_min, y_max]`, if the file has one.
     pub screen_window: Option<[f64; 4]>,
-    /// The width over the height of the picture, if the file has it.
+    /// The width of the picture over its height, if the scene's file states this ratio.
     pub frame_aspect_ratio: Option<f64>,
     /// The number of pixels across and down.
     resolution: [u32; 2],
@@ -118,12 +118,12 @@ impl Camera {
         self.projection
     }
 
-    /// The number of pixels across and down.
+    /// Returns the number of pixels across and down.
     pub const fn resolution(&self) -> [u32; 2] {
         self.resolution
     }
 
-    /// The matrices from the world to the camera, and from the world to the picture. In the
+    /// Returns the matrices from the world to the camera, and from the world to the picture. In the
     /// picture, the upper left corner is (0, 0) and the lower right corner (1, 1). The second
     /// matrix is `None` for spherical projections. A perspective projection maps the depths 0.01
     /// and 1000 to 0 and 1, as in pbrt; an orthographic one does not change depths.
@@ -167,8 +167,8 @@ impl Camera {
         self.camera_to_world.translation
     }
 
-    /// The ray through a position on the film, in pixels from the top left corner; the centre of
-    /// the first pixel is (0.5, 0.5). The error of the direction is a few ulps.
+    /// Returns the ray through a position on the film, in pixels from the top left corner; the
+    /// centre of the first pixel is (0.5, 0.5). The error of the direction is a few ulps.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec3, glam::DAffine3};
@@ -217,9 +217,9 @@ impl Camera {
         }
     }
 
-    /// The two rays next to [`Camera::ray`], `spacing` pixels to the right and `spacing` pixels
-    /// down, to first order in the spacing: the differences over a whole pixel are scaled, as in
-    /// pbrt.
+    /// Returns the two rays next to [`Camera::ray`], `spacing` pixels to the right and `spacing`
+    /// pixels down, to first order in the spacing: the differences over a whole pixel are scaled,
+    /// as in pbrt.
     ///
     /// ```
     /// use linelit_scene::geometry::{DVec3, glam::DAffine3};

@@ -12,14 +12,17 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// The change of the reflected direction d − 2 (n·d) n, with d = −`outgoing`.
+    /// Returns the change, from one pixel to the next, of the reflected direction d − 2 (n·d) n,
+    /// with d = −`outgoing`.
     pub(crate) fn reflected(&self, normal: DVec3, outgoing: DVec3) -> DVec3 {
         let cosine = -normal.dot(outgoing);
         self.direction - 2.0 * (self.of_cosine(normal, outgoing) * normal + cosine * self.normal)
     }
 
-    /// The change of the refracted direction d/η − (n·d/η + c) n, with d = −`outgoing`, relative
-    /// index η and c, the cosine behind the interface: c² = 1 − (1 − (n·d)²)/η².
+    /// Returns the change, from one pixel to the next, of the refracted direction d/η − (n·d/η + c)
+    /// n. Here n is `normal`, d = −`outgoing`, `eta` is the relative index of refraction η, and
+    /// `inner` is c, the cosine of the refracted direction behind the interface: c² = 1 − (1 −
+    /// (n·d)²)/η².
     pub(crate) fn refracted(
         &self,
         normal: DVec3,
@@ -34,7 +37,8 @@ impl Change {
             - (cosine / eta + inner) * self.normal
     }
 
-    /// The change of n·d.
+    /// Returns the change, from one pixel to the next, of n·d, the cosine between the normal n and
+    /// the ray's direction d = −`outgoing`.
     fn of_cosine(&self, normal: DVec3, outgoing: DVec3) -> f64 {
         self.direction.dot(normal) - outgoing.dot(self.normal)
     }

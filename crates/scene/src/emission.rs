@@ -35,7 +35,7 @@ impl EmissionSpec {
         }
     }
 
-    /// An emission of constant radiance on the sides that this one has.
+    /// Creates an emission of constant radiance on the sides on which this emission has light.
     pub(crate) const fn emission(&self, radiance: DVec3) -> Emission {
         let two_sided = self.two_sided;
         Emission {
@@ -44,8 +44,8 @@ impl EmissionSpec {
         }
     }
 
-    /// The radiance of a surface of this area (m²), in W/(m²·sr): with a power Φ, `radiance` times
-    /// Φ/(π A) for one side that emits, and half of that for two.
+    /// Returns the radiance of a surface of this area (m²), in W/(m²·sr): with a power Φ,
+    /// `radiance` times Φ/(π A) for one side that emits, and half of that for two.
     pub(crate) fn radiance_over(&self, area: f64) -> DVec3 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
         let factor = self
@@ -55,7 +55,8 @@ impl EmissionSpec {
     }
 }
 
-/// The textured emission of an area light, whose [`linelit_lights::Emission`] has the mean over it.
+/// The textured emission of an area light. The [`linelit_lights::Emission`] of the light has the
+/// mean radiance over the light.
 #[derive(Clone, Debug)]
 pub struct EmissionMap {
     /// The radiance where the texture is one, in W/(m²·sr).
@@ -77,8 +78,8 @@ pub struct PlaneUv {
 }
 
 impl PlaneUv {
-    /// The affine function with these values at the corners of a triangle; a constant if the
-    /// triangle has no area.
+    /// Creates the affine function with these values at the corners of a triangle; a constant if
+    /// the triangle has no area.
     #[must_use]
     pub fn new([p, q, r]: [DVec3; 3], uv: [DVec2; 3]) -> Self {
         let (e, f) = (q - p, r - p);
@@ -95,24 +96,24 @@ impl PlaneUv {
         }
     }
 
-    /// The function after its plane has moved by a vector.
+    /// Returns the same coordinates over the plane after the plane has moved by a vector.
     pub(crate) fn moved(self, by: DVec3) -> Self {
         let origin = self.origin + by;
         Self { origin, ..self }
     }
 
-    /// The coordinates of a point of the plane.
+    /// Returns the texture coordinates of a point of the plane.
     #[must_use]
     pub fn at(&self, point: DVec3) -> DVec2 {
         self.at_origin + self.change(point - self.origin)
     }
 
-    /// The change of the coordinates along a vector in the plane.
+    /// Returns the change of the texture coordinates along a vector in the plane.
     pub(crate) fn change(&self, along: DVec3) -> DVec2 {
         DVec2::from(self.gradients.map(|gradient| gradient.dot(along)))
     }
 
-    /// The largest change of a coordinate over a distance of one.
+    /// Returns the largest change of a texture coordinate over a distance of one in the plane.
     pub(crate) fn steepness(&self) -> f64 {
         let [u, v] = self.gradients.map(DVec3::length_squared);
         u.max(v).sqrt()
@@ -120,27 +121,27 @@ impl PlaneUv {
 }
 
 impl EmissionMap {
-    /// The radiance at texture coordinates, or over a footprint.
+    /// Returns the radiance at texture coordinates, or over a footprint.
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
         (self.radiance * self.factor.evaluate(at)).max(DVec3::ZERO)
     }
 
-    /// The radiance at a point of the light.
+    /// Returns the radiance at a point of the light.
     #[must_use]
     pub fn at(&self, point: DVec3) -> DVec3 {
         self.evaluate(self.coordinates.at(point))
     }
 
-    /// The number of texels along a vector in the plane of the light, on the finest image of the
-    /// texture; zero without images.
+    /// Returns the number of texels along a vector in the plane of the light, on the finest image
+    /// of the texture; zero without images.
     #[must_use]
     pub fn texels(&self, along: DVec3) -> f64 {
         texels(&self.factor, self.coordinates.change(along))
     }
 }
 
-/// The number of texels along a change of coordinates, on the finest image of a texture; zero
-/// without images.
+/// Returns the number of texels along a change of coordinates, on the finest image of a texture;
+/// zero without images.
 fn texels(texture: &Texture, change: DVec2) -> f64 {
     let mut most = 0.0_f64;
     texture.for_each_image(&mut |image| {
@@ -151,17 +152,18 @@ fn texels(texture: &Texture, change: DVec2) -> f64 {
     most
 }
 
-/// The smallest and the largest number of parts that the edges of a triangle are divided into for a
-/// mean.
+/// The smallest and the largest number of parts that each edge of a triangle is divided into when
+/// the mean of a texture over the triangle is computed.
 const PARTS: [f64; 2] = [2.0, 128.0];
 
-/// The number of parts for each texel. A filtered image is smooth only within texels; with eight
-/// parts, the mean over some 4 texels has an error of 2e-4 of their contrast (1e-2 with one part).
+/// The number of parts of an edge for each texel along it. A filtered image is smooth only within
+/// texels; with eight parts, the mean over some 4 texels has an error of 2e-4 of their contrast
+/// (1e-2 with one part).
 const PARTS_OF_TEXEL: f64 = 8.0;
 
-/// The mean of a texture over a triangle of texture coordinates: of the values at the centres of n²
-/// equal triangles. The number n is eight for each texel along the longest edge, but between 2 and
-/// 128, and n² is at most `budget` or 4, whichever is more.
+/// Returns the mean of a texture over a triangle of texture coordinates: of the values at the
+/// centres of n² equal triangles. The number n is eight for each texel along the longest edge, but
+/// between 2 and 128, and n² is at most `budget` or 4, whichever is more.
 ///
 /// ```text
 ///   |\
@@ -195,7 +197,8 @@ pub(crate) fn mean(texture: &Texture, uv: [DVec2; 3], budget: f64) -> DVec3 {
     for j in 0..n {
         for i in 0..n - j {
             let (a, b) = (f64::from(i), f64::from(j));
-            // The upright triangle of this cell, and the turned one if it is inside.
+            // Add the upright triangle of this cell, and the turned one if it is inside the whole
+            // triangle.
             sum += at(a + 1.0 / 3.0, b + 1.0 / 3.0);
             if i + 1 < n - j {
                 sum += at(a + 2.0 / 3.0, b + 2.0 / 3.0);

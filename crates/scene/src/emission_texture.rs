@@ -9,18 +9,20 @@ use crate::EmissionMap;
 use linelit_geometry::{ConvexPolygon, DVec3};
 use linelit_lights::{ImportanceImage, TexturedSampler};
 
-/// The number of cells in the importance images of all lights together.
+/// The largest number of cells in the importance images of all lights together, unless there are so
+/// many lights that the smallest image of each has more.
 const CELLS: f64 = 4e6;
-/// The smallest and the largest value of the limit on the cells along an edge of one light, which
-/// follows from `CELLS` and the number of lights.
+/// The range of the limit on the number of cells along an edge of one light. The limit follows from
+/// [`CELLS`] and the number of textured lights, and is clamped to this range.
 const CELLS_ALONG: [f64; 2] = [2.0, 1024.0];
 
-/// The number of texture lookups on all lights together, as many as an image of 4096 × 4096 has
-/// texels. It bounds the time to a few seconds for images that repeat any number of times.
+/// The largest number of texture lookups on all lights together, unless there are so many lights
+/// that the smallest number for each is more: as many as an image of 4096 × 4096 has texels. This
+/// limit bounds the time to a few seconds for images that repeat any number of times.
 const LOOKS: f64 = (1u32 << 24) as f64;
 
-/// The floor of the importance as a fraction of its mean, by which emission between the lookups is
-/// sampled, too.
+/// The importance that is added to each cell that touches the light, as a fraction of the mean
+/// importance. With it, bright spots between the lookups are sampled, too.
 const FLOOR: f64 = 1.0 / 64.0;
 
 /// The texture of an area light: its emission at each point, and an image of its importance, by
@@ -30,15 +32,15 @@ pub struct EmissionTexture {
     map: EmissionMap,
     /// A parallelogram that holds the light.
     around: ConvexPolygon,
-    /// The importance of the cells of that parallelogram.
+    /// The importance of the cells of the parallelogram `around`.
     importance: ImportanceImage,
     /// Whether the parallelogram is the light itself.
     fits: bool,
 }
 
 impl EmissionTexture {
-    /// The texture over `light`, which is one of `count` textured lights; `None` if points cannot
-    /// be sampled in proportion to it.
+    /// Creates the texture over `light`, which is one of `count` textured lights; `None` if points
+    /// cannot be sampled in proportion to it.
     #[must_use]
     pub fn new(map: &EmissionMap, light: &ConvexPolygon, count: usize) -> Option<Self> {
         // Divide a parallelogram around the light into cells.
@@ -99,8 +101,8 @@ impl linelit_lights::EmissionTexture for EmissionTexture {
     }
 }
 
-/// A parallelogram around a polygon: for a triangle the smallest, for other polygons the bounding
-/// rectangle along the first edge.
+/// Returns a parallelogram around a polygon: for a triangle the smallest, for other polygons the
+/// bounding rectangle along the first edge.
 fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     let vertices = light.vertices();
     if let [p, q, r] = *vertices {
@@ -116,8 +118,8 @@ fn surrounding(light: &ConvexPolygon) -> Option<ConvexPolygon> {
     ConvexPolygon::parallelogram(corner, x * size.x, y * size.y).ok()
 }
 
-/// The number of cells along an edge that spans this number of texels, and the number of lookups
-/// along each cell, for a light that is one of `count`.
+/// Returns the number of cells along an edge that spans this number of texels, and the number of
+/// lookups along each cell, for a light that is one of `count` textured lights.
 fn parts(texels: f64, count: usize) -> (usize, usize) {
     let among = |all: f64| (all / count as f64).sqrt();
     let most = among(CELLS).clamp(CELLS_ALONG[0], CELLS_ALONG[1]);
@@ -127,8 +129,8 @@ fn parts(texels: f64, count: usize) -> (usize, usize) {
     (whole(cells), whole(looks.max(1.0)))
 }
 
-/// Whether a cell may touch the light: it is not entirely beyond one of the light's edges. A margin
-/// of a thousandth of a cell, which is more than rounding, counts as touching.
+/// Returns whether a cell may touch the light: it is not entirely beyond one of the light's edges.
+/// A margin of a thousandth of a cell, which is more than rounding, counts as touching.
 fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bool {
     let vertices = light.vertices();
     let next = vertices.iter().cycle().skip(1);
@@ -140,8 +142,8 @@ fn touches(light: &ConvexPolygon, corner: DVec3, across: DVec3, up: DVec3) -> bo
     })
 }
 
-/// The mean of the emission over a cell and the channels. `across` and `up` are the sides of the
-/// cell, each with the number of lookups along it.
+/// Returns the mean of the emission over a cell, averaged over the channels. `across` and `up` are
+/// the sides of the cell, each with the number of lookups along it.
 fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, usize)) -> f64 {
     let mut sum = 0.0;
     for (v, by_v) in looks(up.1) {
@@ -152,9 +154,9 @@ fn mean(map: &EmissionMap, corner: DVec3, across: (DVec3, usize), up: (DVec3, us
     sum / 3.0
 }
 
-/// The positions of lookups along a cell, from 0 to 1, and their weights: the middles of the texels
-/// if there are many; for a single texel both ends and the middle, between which a bilinear image
-/// is linear.
+/// Returns the positions of lookups along a cell, from 0 to 1, and their weights: the centres of
+/// the texels if there are many; for a single texel both ends and the centre, between which a
+/// bilinear image is linear.
 fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     const SINGLE: [(f64, f64); 3] = [(0.0, 0.25), (0.5, 0.5), (1.0, 0.25)];
     let single = if count == 1 { &SINGLE[..] } else { &[] };
@@ -164,7 +166,7 @@ fn looks(count: usize) -> impl Iterator<Item = (f64, f64)> {
     single.iter().copied().chain((0..many).map(middle))
 }
 
-/// A whole number as an integer.
+/// Returns a whole number as an integer.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -183,8 +185,8 @@ mod tests {
     use linelit_lights::PointTechnique;
     use std::sync::Arc;
 
-    /// An image that is white in its first pixels and black in the others, repeated over the unit
-    /// square.
+    /// Returns an image that is white in its first pixels and black in the others, repeated over
+    /// the unit square.
     fn repeated(side: u32, white: u32, times: f64) -> EmissionMap {
         let pixel = |k: u32| {
             if k % side < white && k / side < white {
@@ -243,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Each of 126 repetitions has one lookup, of the 126 along each edge, in its middle, which is
+    /// Each of 126 repetitions has one lookup, of the 126 along each edge, at its centre, which is
     /// black: the light is sampled all the same.
     #[test]
     fn what_no_look_meets_is_still_a_texture() {

@@ -18,7 +18,8 @@ pub struct FilmSettings {
 }
 
 impl FilmSettings {
-    /// A film without crop, with a filter of one pixel.
+    /// Creates the settings of a film of this size without a crop, with a reconstruction filter one
+    /// pixel wide.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -31,7 +32,7 @@ impl FilmSettings {
 }
 
 impl Default for FilmSettings {
-    /// 1280 × 720 pixels, as in pbrt-v4.
+    /// Returns the settings of a film of 1280 × 720 pixels, as in pbrt-v4.
     fn default() -> Self {
         Self::new(1280, 720)
     }

@@ -1,5 +1,6 @@
-//! The extent of a pixel: as a bundle of camera rays ([`RayDifferential`]), and as an area of a
-//! texture ([`Footprint`]), over which lookups are filtered.
+//! This module has the extent of a pixel, that is, how far it is from one pixel to the next, in two
+//! forms: as neighbouring camera rays ([`RayDifferential`]), and as a parallelogram on a texture
+//! ([`Footprint`]), over which lookups are filtered.
 
 use crate::texture::UvMapping;
 use linelit_geometry::{DVec2, DVec3};
@@ -30,14 +31,14 @@ pub struct Footprint {
 }
 
 impl From<DVec2> for Footprint {
-    /// A point without extent.
+    /// Creates a point without extent.
     fn from(uv: DVec2) -> Self {
         Self::point(uv)
     }
 }
 
 impl Footprint {
-    /// A point without extent.
+    /// Creates a point without extent.
     #[must_use]
     pub const fn point(uv: DVec2) -> Self {
         Self {
@@ -47,7 +48,7 @@ impl Footprint {
         }
     }
 
-    /// Whether it has no extent.
+    /// Returns whether the footprint has no extent.
     #[must_use]
     pub fn is_point(&self) -> bool {
         self.dx == DVec2::ZERO && self.dy == DVec2::ZERO
@@ -66,7 +67,8 @@ impl Footprint {
     /// to 1e8 repetitions.
     #[must_use]
     pub fn mapped(&self, mapping: &UvMapping) -> Self {
-        /// The largest extent, in repetitions of the image.
+        /// The largest extent of a footprint along each coordinate, in repetitions of the image;
+        /// larger footprints are clamped to it.
         const MOST: DVec2 = DVec2::splat(1e8);
         let change = |change| {
             let mapped = mapping.apply_to_change(change);
@@ -83,7 +85,7 @@ impl Footprint {
         }
     }
 
-    /// The larger of the changes across and down, for each coordinate.
+    /// Returns the larger of the changes across and down, for each coordinate.
     pub(crate) fn reach(&self) -> DVec2 {
         self.dx.abs().max(self.dy.abs())
     }

@@ -18,7 +18,7 @@ pub struct ImageData {
     width: u32,
     height: u32,
     pixels: Pixels,
-    /// Whether the integers in its file are sRGB-encoded.
+    /// Whether the integers in the image's file are sRGB-encoded.
     srgb: bool,
     pyramids: Pyramids,
 }
@@ -75,7 +75,7 @@ impl ImageData {
         Self::with([width, height], count, Pixels::Linear(rgb), false).filter(|_| all)
     }
 
-    /// Makes an image if it has `count` pixels and at least one.
+    /// Makes an image of `count` pixels; `None` if `count` is zero or is not width times height.
     fn with([width, height]: [u32; 2], count: usize, pixels: Pixels, srgb: bool) -> Option<Self> {
         let expected = u64::from(width) * u64::from(height);
         (expected > 0 && expected == count as u64).then_some(Self {
@@ -87,8 +87,8 @@ impl ImageData {
         })
     }
 
-    /// The image in grey: each pixel becomes the luminance of its linear value, rounded to the
-    /// nearest byte for images of bytes.
+    /// Returns the image in grey: each pixel becomes the luminance of its linear value, rounded to
+    /// the nearest byte for images of bytes.
     #[must_use]
     pub fn to_luminance(&self) -> Self {
         let mut grey = self.clone();
@@ -106,7 +106,7 @@ impl ImageData {
         grey
     }
 
-    /// One component (0: red, 1: green, 2: blue) as an image in grey.
+    /// Returns one component (0: red, 1: green, 2: blue) as an image in grey.
     #[must_use]
     pub fn component(&self, k: usize) -> Self {
         let mut grey = self.clone();
@@ -117,17 +117,17 @@ impl ImageData {
         grey
     }
 
-    /// The number of pixels across.
+    /// Returns the number of pixels across.
     pub const fn width(&self) -> u32 {
         self.width
     }
 
-    /// The number of pixels down.
+    /// Returns the number of pixels down.
     pub const fn height(&self) -> u32 {
         self.height
     }
 
-    /// The size of the pixels in bytes.
+    /// Returns the size of the pixels in bytes.
     pub const fn memory(&self) -> usize {
         match &self.pixels {
             Pixels::Bytes(rgb) => 3 * rgb.len(),
@@ -135,12 +135,12 @@ impl ImageData {
         }
     }
 
-    /// The size of the mipmaps that have been built, in bytes.
+    /// Returns the size of the mipmaps that have been built, in bytes.
     pub(crate) fn pyramid_memory(&self) -> usize {
         self.pyramids.memory()
     }
 
-    /// The image with its mipmap, which the first call builds.
+    /// Returns the image with its mipmap for these wrap modes; the first call builds the mipmap.
     pub(crate) fn mipmap(&self, wrap: [Wrap; 2]) -> Mipmap<'_> {
         Mipmap {
             image: self,
@@ -149,7 +149,7 @@ impl ImageData {
         }
     }
 
-    /// Whether red, green and blue are equal in every pixel.
+    /// Returns whether red, green and blue are equal in every pixel.
     #[must_use]
     pub fn is_grey(&self) -> bool {
         match &self.pixels {
@@ -161,8 +161,8 @@ impl ImageData {
         }
     }
 
-    /// The linear value of the pixel in column `x` of row `y`, counted from the top. It is zero
-    /// beyond the last pixel.
+    /// Returns the linear value of the pixel in column `x` of row `y`, counted from the top. It is
+    /// zero beyond the last pixel.
     pub fn pixel(&self, x: u32, y: u32) -> DVec3 {
         let index = y as usize * self.width as usize + x as usize;
         let value = match &self.pixels {
@@ -176,7 +176,7 @@ impl ImageData {
         value.map_or(DVec3::ZERO, DVec3::from_array)
     }
 
-    /// The mean of all pixels' linear values.
+    /// Returns the mean of all pixels' linear values.
     #[must_use]
     pub fn mean(&self) -> DVec3 {
         let row = |y| -> DVec3 { (0..self.width).map(|x| self.pixel(x, y)).sum() };
@@ -184,7 +184,7 @@ impl ImageData {
     }
 }
 
-/// The linear value of an sRGB-encoded one, both from 0 to 1.
+/// Returns the linear value of an sRGB-encoded value, both from 0 to 1.
 fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 {
         v / 12.92
@@ -193,7 +193,7 @@ fn srgb_to_linear(v: f64) -> f64 {
     }
 }
 
-/// The linear values of bytes, in ascending order.
+/// Returns the linear values of the bytes 0 to 255; `srgb` says whether the bytes are sRGB-encoded.
 fn table(srgb: bool) -> &'static [f64; 256] {
     if srgb { &SRGB } else { &LINEAR }
 }

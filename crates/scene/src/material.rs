@@ -49,7 +49,7 @@ pub struct Roughness {
     pub u: Texture,
     /// The roughness along v.
     pub v: Texture,
-    /// The map from these numbers to the α of the Trowbridge–Reitz distribution.
+    /// The map from the values of `u` and `v` to the α of the Trowbridge–Reitz distribution.
     pub remap: Remap,
 }
 
@@ -65,7 +65,7 @@ pub enum Remap {
 }
 
 impl Remap {
-    /// The α of a roughness.
+    /// Returns the α of the microfacet distribution for a roughness.
     ///
     /// pbrt-v3: α = 1.62142 + 0.819955 x + 0.1734 x² + 0.0171201 x³ + 0.000640711 x⁴ with
     /// x = ln max(r, 1e-3); pbrt-v4: α = √r.
@@ -91,7 +91,7 @@ impl Roughness {
         }
     }
 
-    /// The α along u and v.
+    /// Returns the α of the microfacet distribution along the tangents u and v.
     pub fn alpha(&self, at: impl Into<Footprint>) -> [f64; 2] {
         let at = at.into();
         [&self.u, &self.v].map(|r| self.remap.alpha(r.evaluate_number(at)))
@@ -163,7 +163,8 @@ pub enum MaterialKind {
         roughness: Roughness,
         /// The index of refraction.
         eta: Texture,
-        /// The factor of all the above; the rest to one passes straight through the surface.
+        /// The factor on all of the above; one minus this factor is the fraction of light that
+        /// passes straight through the surface.
         opacity: Texture,
     },
     /// A perfect mirror (v3 `mirror`).
@@ -180,9 +181,10 @@ pub enum MaterialKind {
         kt: Texture,
         /// The index of refraction.
         eta: Texture,
-        /// The roughness of the interface, which is smooth if it is zero.
+        /// The roughness of the interface; an interface of roughness zero is smooth.
         roughness: Roughness,
-        /// Whether it is a sheet without thickness, through which light passes straight on.
+        /// Whether the surface is a sheet without thickness, through which light passes straight
+        /// on.
         thin: bool,
     },
     /// A Lambertian surface under a rough dielectric coat (v4 `coateddiffuse`).
@@ -205,7 +207,7 @@ pub enum MaterialKind {
     Mix {
         /// The indices into the scene's materials; both are smaller than the mixture's own.
         materials: [u32; 2],
-        /// The weight of the second.
+        /// The weight of the second material.
         amount: Texture,
     },
     /// A Lambertian surface with a normalised Phong lobe, a model of linelit's own:
@@ -231,12 +233,12 @@ pub enum MaterialKind {
 }
 
 impl Material {
-    /// The default material of pbrt: a Lambertian surface with reflectance one half.
+    /// Creates the default material of pbrt: a Lambertian surface with reflectance one half.
     pub fn default_matte() -> Self {
         Self::matte("default", DVec3::splat(0.5))
     }
 
-    /// A Lambertian surface with a constant reflectance.
+    /// Creates a Lambertian surface with a constant reflectance.
     pub fn matte(name: impl Into<String>, kd: DVec3) -> Self {
         Self {
             name: name.into(),
@@ -249,8 +251,8 @@ impl Material {
         }
     }
 
-    /// The reflectance of the diffuse part alone, a linear RGB colour in [0, 1]; zero for mirrors,
-    /// metals and glass. It is also zero for a `mix`, whose parts only
+    /// Returns the reflectance of the diffuse part alone, a linear RGB colour in [0, 1]; zero for
+    /// mirrors, metals and glass. It is also zero for a `mix`, whose parts only
     /// [`crate::SceneDescription::diffuse_reflectance`] knows.
     ///
     /// ```
@@ -280,7 +282,7 @@ impl Material {
         value.clamp(DVec3::ZERO, DVec3::ONE)
     }
 
-    /// All textures of the model's parameters and of bump and normal maps.
+    /// Returns all textures of the model's parameters and of bump and normal maps.
     fn textures(&self) -> impl Iterator<Item = Texture> {
         let relief = self.normal_map.iter().map(|map| &map.texture);
         let relief = relief.chain(self.bump.iter().map(|map| &map.height));
@@ -293,12 +295,13 @@ impl Material {
             .for_each(|texture| texture.for_each_image(f));
     }
 
-    /// Whether any texture varies over a surface, so that lookups need the footprint of a pixel.
+    /// Returns whether any texture varies over a surface, so that lookups need the footprint of a
+    /// pixel.
     pub(crate) fn varies(&self) -> bool {
         self.textures().any(|texture| texture.varies())
     }
 
-    /// Whether renderings show all of the material. Of a coated diffuse surface the coat is
+    /// Returns whether renderings show all of the material. Of a coated diffuse surface the coat is
     /// missing, and light from behind is missing where a surface transmits diffusely or is rough
     /// glass. For a mixture it is true, as its materials are checked separately.
     pub fn is_drawn_in_full(&self) -> bool {

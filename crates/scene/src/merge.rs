@@ -29,7 +29,7 @@ pub(crate) struct Facet {
     cross: DVec3,
 }
 
-/// Facets that form one light, by their numbers.
+/// Facets that form one light, by their indices.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     /// The union of the facets; an error if a single facet is not a valid polygon.
@@ -38,13 +38,13 @@ pub(crate) struct Group {
 }
 
 /// The number of facets that greedy merging may visit for each facet of a patch, which keeps the
-/// time in proportion to the number of facets. Trying a pair of single facets costs two, so that
-/// ordinary patches stay far below.
+/// time in proportion to the number of facets. Trying to merge two single facets visits two facets,
+/// so that ordinary patches stay far below the limit.
 const GREEDY_BUDGET: usize = 128;
 
 impl Facet {
-    /// Makes a facet. `keep` is called with its right-hand unit normal, and returns whether that is
-    /// on the emitting side; if not, the vertex order is reversed.
+    /// Creates a facet. `keep` is called with the right-hand unit normal of the corners, and
+    /// returns whether this normal is on the emitting side; if not, the vertex order is reversed.
     pub(crate) fn new([a, b, c]: [DVec3; 3], keep: impl FnOnce(DVec3) -> bool) -> Self {
         let cross = (b - a).cross(c - a);
         if keep(cross.normalize_or(DVec3::Z)) {
@@ -60,14 +60,14 @@ impl Facet {
         }
     }
 
-    /// The area of the facet.
+    /// Returns the area of the facet.
     pub(crate) fn area(&self) -> f64 {
         0.5 * self.cross.length()
     }
 }
 
 /// Groups facets into lights and calls `add` with one after the other. `same` says whether two
-/// facets, by their numbers, emit the same. Every facet is in exactly one group.
+/// facets, given by their indices, emit the same. Every facet is in exactly one group.
 pub(crate) fn merge<E>(
     facets: &[Facet],
     same: impl Fn(usize, usize) -> bool,
@@ -91,7 +91,7 @@ pub(crate) fn merge<E>(
     Ok(())
 }
 
-/// A facet as a group of its own.
+/// Returns a facet as a group of its own.
 fn single(facets: &[Facet], k: usize) -> Group {
     Group {
         polygon: ConvexPolygon::new(&facets[k].corners),
@@ -142,7 +142,7 @@ impl Topology {
         }
     }
 
-    /// The facets on the other side of the three edges of facet `k`.
+    /// Returns the facets on the other side of the three edges of facet `k`.
     fn neighbours(&self, k: usize) -> [Option<usize>; 3] {
         let c = self.corners[k];
         std::array::from_fn(|i| {
@@ -153,7 +153,8 @@ impl Topology {
         })
     }
 
-    /// The connected sets of facets in one plane that emit the same, each in the order of the file.
+    /// Returns the connected sets of facets in one plane that emit the same, each in the order of
+    /// the file.
     fn patches(&self, facets: &[Facet], same: &impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
         // Grow each patch from its first facet over edges; `patch[next..]` are the facets whose
         // neighbours have not been visited.
@@ -181,7 +182,8 @@ impl Topology {
         patches
     }
 
-    /// The union of facets, if it is one convex polygon.
+    /// Returns the union of the facets of a patch, if the union is one convex polygon; otherwise
+    /// `None`.
     fn union(&self, facets: &[Facet], patch: &[usize]) -> Option<ConvexPolygon> {
         // Make a polygon of the outline.
         let outline = self.outline(patch)?;
@@ -199,8 +201,8 @@ impl Topology {
         (close && polygon.normal().dot(cross) > 0.0).then_some(polygon)
     }
 
-    /// The boundary of a patch as one loop of corners; `None` if it is several loops, or touches
-    /// itself in a corner.
+    /// Returns the boundary of a patch as one loop of corners; `None` if it is several loops, or
+    /// touches itself in a corner.
     fn outline(&self, patch: &[usize]) -> Option<Vec<u32>> {
         // Collect the outer edges by their first corners, of which each may have only one.
         let mut next: HashMap<u32, u32> = HashMap::new();
@@ -236,7 +238,8 @@ impl Topology {
     /// Merges neighbours while the union stays convex: each facet begins as a group of its own, and
     /// over each edge the two groups become one if their union is convex.
     fn greedy(&self, facets: &[Facet], patch: Vec<usize>) -> Vec<Group> {
-        // `owner` has the group of each facet, by the number of the facet that it began with.
+        // `owner` has the group of each facet; a group is named by the index of the facet that it
+        // began with.
         let mut owner: HashMap<usize, usize> = patch.iter().map(|k| (*k, *k)).collect();
         let mut groups: HashMap<usize, Group> =
             patch.iter().map(|k| (*k, single(facets, *k))).collect();
@@ -282,9 +285,9 @@ impl Topology {
     }
 }
 
-/// Whether the corners of `b` are in the plane of `a` and both face the same way, to the rounding
-/// of `f32` coordinates: each coordinate may be off by 2⁻²⁴ of the largest one, and the plane
-/// through three such corners is tilted by that over the height of the triangle.
+/// Returns whether the corners of `b` are in the plane of `a` and both face the same way, to the
+/// rounding of `f32` coordinates: each coordinate may be off by 2⁻²⁴ of the largest one, and the
+/// plane through three such corners is tilted by that over the height of the triangle.
 fn coplanar(a: &Facet, b: &Facet) -> bool {
     let size = |f: &Facet| {
         let largest = f.corners.iter().map(|p| p.abs().max_element());

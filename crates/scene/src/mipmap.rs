@@ -30,14 +30,15 @@ impl Clone for Pyramids {
 }
 
 impl PartialEq for Pyramids {
-    /// Any two are equal, as pyramids follow from the pixels.
+    /// Returns true: any two caches count as equal, as pyramids follow from the pixels of their
+    /// images.
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
 impl Pyramids {
-    /// The pyramid for these wrap modes, of the image that this cache belongs to.
+    /// Returns the pyramid for these wrap modes, of the image that this cache belongs to.
     pub(crate) fn of(&self, image: &ImageData, wrap: [Wrap; 2]) -> &Pyramid {
         let index = if is_whole(image) {
             0
@@ -47,14 +48,14 @@ impl Pyramids {
         self.0[index].get_or_init(|| Box::new(Pyramid::new(image, wrap)))
     }
 
-    /// The size of the pyramids that have been built, in bytes.
+    /// Returns the size of the pyramids that have been built, in bytes.
     pub(crate) fn memory(&self) -> usize {
         let built = self.0.iter().filter_map(OnceLock::get);
         built.map(|pyramid| pyramid.memory()).sum()
     }
 }
 
-/// Whether width and height of an image are powers of two.
+/// Returns whether width and height of an image are powers of two.
 fn is_whole(image: &ImageData) -> bool {
     image.width().is_power_of_two() && image.height().is_power_of_two()
 }
@@ -109,7 +110,7 @@ impl Pyramid {
         pyramid
     }
 
-    /// The size and the number of the coarsest level so far.
+    /// Returns the size and the index of the coarsest level so far.
     fn top(&self) -> ([u32; 2], usize) {
         let last = self.coarser.last();
         (
@@ -156,7 +157,7 @@ impl Pyramid {
         level
     }
 
-    /// A texel of a level, by column and row within it.
+    /// Returns a texel of a level, by column and row within it.
     fn texel(&self, image: &ImageData, level: usize, x: u32, y: u32) -> DVec3 {
         if let Some(level) = level.checked_sub(1).and_then(|k| self.coarser.get(k)) {
             return level.texel(x, y);
@@ -175,7 +176,7 @@ impl Pyramid {
         sum.max(DVec3::ZERO)
     }
 
-    /// The size of the stored levels in bytes.
+    /// Returns the size of the stored levels in bytes.
     fn memory(&self) -> usize {
         let levels = self.coarser.iter().map(|level| match &level.texels {
             Texels::Grey(texels) => size_of_val(&texels[..]),
@@ -193,12 +194,12 @@ struct Rows<'a> {
     columns: Range<u32>,
     /// The resampling weights of the columns; empty if they are not resampled.
     across: Vec<Taps>,
-    /// The latest rows of the image that were resampled across, by their numbers.
+    /// The latest rows of the image that were resampled across, each with its index in the image.
     kept: VecDeque<(u32, Vec<DVec3>)>,
 }
 
 impl Rows<'_> {
-    /// A row of the first level.
+    /// Returns a row of the first level.
     fn first_level(&mut self, y: u32) -> Vec<DVec3> {
         let Some([_, wrap]) = self.pyramid.resampled else {
             let columns = self.columns.clone();
@@ -217,9 +218,10 @@ impl Rows<'_> {
         sum
     }
 
-    /// A row of the image, resampled across.
+    /// Returns a row of the image, resampled across.
     fn across(&mut self, row: u32) -> &[DVec3] {
-        /// The size of the cache: two rows of the first level need at most five rows of the image.
+        /// The largest number of rows in the cache: two rows of the first level need at most five
+        /// rows of the image.
         const KEPT: usize = 5;
         if let Some(k) = self.kept.iter().position(|(kept, _)| *kept == row) {
             return &self.kept[k].1;
@@ -234,9 +236,9 @@ impl Rows<'_> {
 }
 
 impl Taps {
-    /// The taps of texel `index` when a row of `from` pixels is resampled to `to` texels: a Lanczos
-    /// window of two pixels to either side, sinc(2 x) sinc(x) with x from −1 to 1 and
-    /// sinc x = sin(π x)/(π x), with weights that sum to one.
+    /// Creates the taps (pixels and their weights) of texel `index` when a row of `from` pixels is
+    /// resampled to `to` texels: a Lanczos window of two pixels on either side, sinc(2 x) sinc(x)
+    /// with x from −1 to 1 and sinc x = sin(π x)/(π x), with weights that sum to one.
     fn new(index: u32, [from, to]: [u32; 2], wrap: Wrap) -> Self {
         use std::f64::consts::PI;
         // Find the first of four pixels around the centre of the texel.
@@ -273,14 +275,15 @@ impl Taps {
         }
     }
 
-    /// The pixels and their weights.
+    /// Returns the pixels, as indices of columns or rows, and their weights.
     fn terms(&self) -> impl Iterator<Item = (u32, f64)> {
         self.pixels.into_iter().zip(self.weights)
     }
 }
 
 impl Level {
-    /// A black level of half the size of a finer one, at least one texel across and down.
+    /// Creates a black level of half the size of the finer level, but at least one texel across and
+    /// down.
     fn sized(finer: [u32; 2], is_grey: bool) -> Self {
         let size = finer.map(|n| (n / 2).max(1));
         let count = size[0] as usize * size[1] as usize;
@@ -303,12 +306,12 @@ impl Level {
         }
     }
 
-    /// The index of a texel by column and row.
+    /// Returns the index of a texel by column and row.
     const fn index(&self, x: u32, y: u32) -> usize {
         y as usize * self.size[0] as usize + x as usize
     }
 
-    /// A texel by column and row.
+    /// Returns a texel by column and row.
     fn texel(&self, x: u32, y: u32) -> DVec3 {
         let index = self.index(x, y);
         match &self.texels {
@@ -317,8 +320,8 @@ impl Level {
         }
     }
 
-    /// The next coarser level: means of two by two texels, or of two where this level has a single
-    /// row or column.
+    /// Returns the next coarser level: means of two by two texels, or of two where this level has a
+    /// single row or column.
     fn halved(&self) -> Self {
         let mut coarser = Self::sized(self.size, matches!(self.texels, Texels::Grey(_)));
         let [w, h] = self.size;
@@ -347,13 +350,13 @@ pub(crate) struct Mipmap<'a> {
 }
 
 impl Mipmap<'_> {
-    /// The level, as a real number, whose texels have this width in units of the image's width. The
-    /// finest level is 0; smaller widths give negative numbers.
+    /// Returns the level, as a real number, whose texels have this width in units of the image's
+    /// width. The finest level is 0; smaller widths give negative numbers.
     fn level(&self, width: f64) -> f64 {
         self.pyramid.top().1 as f64 + log2(width.max(1e-8))
     }
 
-    /// The texel around a point, on the coarsest level whose texels are no wider than the
+    /// Returns the texel around a point, on the coarsest level whose texels are no wider than the
     /// footprint.
     pub(crate) fn nearest(&self, at: &Footprint) -> DVec3 {
         let level = self.below(at);
@@ -361,21 +364,21 @@ impl Mipmap<'_> {
         self.texel(level, x.round(), y.round())
     }
 
-    /// The bilinear interpolation on the coarsest level whose texels are no wider than the
+    /// Returns the bilinear interpolation on the coarsest level whose texels are no wider than the
     /// footprint.
     pub(crate) fn bilinear(&self, at: &Footprint) -> DVec3 {
         self.on(self.below(at), at.uv)
     }
 
-    /// The bilinear interpolations on the two levels around the footprint's width, and a linear one
-    /// between them. The width is twice the larger change of the coordinates.
+    /// Returns the bilinear interpolations on the two levels around the footprint's width, and a
+    /// linear one between them. The width is twice the larger change of the coordinates.
     pub(crate) fn trilinear(&self, at: &Footprint) -> DVec3 {
         let level = self.level(2.0 * at.reach().max_element());
         self.between(level, |k| self.on(k, at.uv))
     }
 
-    /// The elliptically weighted average (Heckbert 1989, *Fundamentals of Texture Mapping and Image
-    /// Warping*): the mean, with a Gaussian's weights, over the ellipse of the footprint.
+    /// Returns the elliptically weighted average (Heckbert 1989, *Fundamentals of Texture Mapping
+    /// and Image Warping*): the mean, with a Gaussian's weights, over the ellipse of the footprint.
     ///
     /// The ellipse is widened until its length is at most `max_anisotropy` times its width. The
     /// level is chosen by the width, so that few texels lie across, and the means on the two levels
@@ -400,7 +403,7 @@ impl Mipmap<'_> {
         self.between(level, |k| self.ellipse_on(k, at.uv, [major, minor]))
     }
 
-    /// The weighted mean over an ellipse with these axes on one level.
+    /// Returns the weighted mean over an ellipse with these axes on one level.
     fn ellipse_on(&self, level: usize, uv: DVec2, axes: [DVec2; 2]) -> DVec3 {
         // The coarsest level has one texel.
         if level >= self.pyramid.top().1 {
@@ -437,8 +440,8 @@ impl Mipmap<'_> {
         sum / weights
     }
 
-    /// The linear interpolation of `on` between the two whole levels around a real one, which is
-    /// clamped to the levels that exist.
+    /// Returns the linear interpolation of `on` between the two whole levels around a real one,
+    /// which is clamped to the levels that exist.
     fn between(&self, level: f64, on: impl Fn(usize) -> DVec3) -> DVec3 {
         let top = self.pyramid.top().1;
         if level <= 0.0 {
@@ -451,31 +454,31 @@ impl Mipmap<'_> {
         on(lower).lerp(on(lower + 1), level - lower as f64)
     }
 
-    /// The coarsest whole level whose texels are no wider than the footprint.
+    /// Returns the coarsest whole level whose texels are no wider than the footprint.
     fn below(&self, at: &Footprint) -> usize {
         let level = self.level(2.0 * at.reach().max_element());
         whole(level).min(self.pyramid.top().1)
     }
 
-    /// The bilinear interpolation on one level.
+    /// Returns the bilinear interpolation on one level.
     fn on(&self, level: usize, uv: DVec2) -> DVec3 {
         bilinear(self.on_level(level, uv), |x, y| self.texel(level, x, y))
     }
 
-    /// Texture coordinates in texels of a level: the centres of texels are at whole numbers, and
-    /// rows count from the top.
+    /// Returns texture coordinates in texels of a level: the centres of texels are at whole
+    /// numbers, and rows count from the top.
     fn on_level(&self, level: usize, uv: DVec2) -> [f64; 2] {
         let [w, h] = self.size(level).map(f64::from);
         [uv.x * w - 0.5, (1.0 - uv.y) * h - 0.5]
     }
 
-    /// The number of columns and rows of a level.
+    /// Returns the number of columns and rows of a level.
     fn size(&self, level: usize) -> [u32; 2] {
         let coarser = level.checked_sub(1).map(|k| &self.pyramid.coarser[k]);
         coarser.map_or(self.pyramid.size, |level| level.size)
     }
 
-    /// The texel of a level at whole coordinates, which are wrapped beyond its edges.
+    /// Returns the texel of a level at whole coordinates, which are wrapped beyond its edges.
     fn texel(&self, level: usize, x: f64, y: f64) -> DVec3 {
         let [w, h] = self.size(level);
         match (wrapped(self.wrap[0], x, w), wrapped(self.wrap[1], y, h)) {
@@ -485,7 +488,7 @@ impl Mipmap<'_> {
     }
 }
 
-/// The integer part of a positive number; zero for other numbers.
+/// Returns the integer part of a positive number; zero for other numbers.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -495,7 +498,7 @@ fn whole(number: f64) -> usize {
     number as usize
 }
 
-/// The bilinear interpolation between the values of `at` at whole numbers.
+/// Returns the bilinear interpolation between the values of `at` at whole numbers.
 pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec3 {
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
@@ -504,8 +507,8 @@ pub(crate) fn bilinear([x, y]: [f64; 2], at: impl Fn(f64, f64) -> DVec3) -> DVec
     top * (1.0 - fy) + bottom * fy
 }
 
-/// The whole numbers within a distance of a centre. They are counted, so that the loop ends even
-/// where numbers are so large that adding one does not change them.
+/// Returns the whole numbers within a distance of a centre. They are counted, so that the loop ends
+/// even where numbers are so large that adding one does not change them.
 fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
     let first = (centre - distance).ceil();
     // At most the texels of a level times the anisotropy.
@@ -513,8 +516,8 @@ fn whole_numbers(centre: f64, distance: f64) -> impl Iterator<Item = f64> {
     (0..=count).map(move |k| first + k as f64)
 }
 
-/// The weight exp(−2 r²) − exp(−2) for the square of a radius in [0, 1), from a table of 128 values
-/// like pbrt's.
+/// Returns the weight exp(−2 r²) − exp(−2) for the square of a radius in [0, 1), from a table of
+/// 128 values like pbrt's.
 fn gaussian(square: f64) -> f64 {
     const COUNT: usize = 128;
     static TABLE: LazyLock<[f64; COUNT]> = LazyLock::new(|| {

@@ -34,8 +34,8 @@ macro_rules! table {
         /// The types of all models in pbrt text, with repetitions.
         pub const NAMES: &[&str] = &[$($($other,)* $name),+];
 
-        /// The model's type in pbrt text, and its parameters. With `v4` they have the names of
-        /// pbrt-v4, for the models that it has; otherwise the names of pbrt-v3 and linelit.
+        /// Returns the model's type in pbrt text, and its parameters. With `v4` they have the names
+        /// of pbrt-v4, for the models that it has; otherwise the names of pbrt-v3 and linelit.
         ///
         /// ```
         /// use linelit_scene::geometry::DVec3;
@@ -97,12 +97,12 @@ impl MaterialKind {
             "frostbite" [Colour("Kd", kd), Colour("Ks", ks), Number("roughness", roughness)];
     }
 
-    /// The model's name in pbrt-v3 or linelit, or in pbrt-v4 if only that has the model.
+    /// Returns the model's name in pbrt-v3 or linelit, or in pbrt-v4 if only that has the model.
     pub fn name(&self) -> &'static str {
         self.clone().parameters(false).0
     }
 
-    /// The textures of all parameters.
+    /// Returns the textures of all parameters.
     pub(crate) fn textures(&self) -> Vec<Texture> {
         let mut kind = self.clone();
         let mut all = Vec::new();

@@ -20,9 +20,9 @@ use linelit_geometry::DVec3;
 pub struct Bounce {
     /// The direction in which the ray continues, of unit length.
     pub direction: DVec3,
-    /// The fraction of the radiance from there that reaches the viewer, for each channel.
+    /// The fraction of the radiance from that direction that reaches the viewer, for each channel.
     pub weight: DVec3,
-    /// The continuations of the neighbouring rays, if the incident ray had any.
+    /// The continuations of the neighbouring rays, if the incident ray had differentials.
     pub beside: Option<RayDifferential>,
 }
 
@@ -36,8 +36,8 @@ pub struct Response {
 }
 
 impl SceneDescription {
-    /// The reflection of a surface's material towards the unit direction `outgoing`, about the
-    /// shading normal `normal` on the viewer's side. `beside` are the neighbouring rays of the
+    /// Returns the reflection of a surface's material towards the unit direction `outgoing`, about
+    /// the shading normal `normal` on the viewer's side. `beside` are the neighbouring rays of the
     /// camera ray that met the surface.
     #[inline]
     #[must_use]
@@ -84,7 +84,7 @@ impl SceneDescription {
     }
 }
 
-/// The value of a texture as a reflectance, clamped to [0, 1].
+/// Returns the value of a texture as a reflectance, clamped to [0, 1].
 #[inline]
 fn colour(texture: &Texture, at: Footprint) -> DVec3 {
     texture.evaluate(at).clamp(DVec3::ZERO, DVec3::ONE)
@@ -99,7 +99,7 @@ enum Matte {
 }
 
 impl Matte {
-    /// The reflection for a roughness `sigma` in degrees.
+    /// Creates the reflection for a roughness `sigma` in degrees.
     #[inline]
     fn new(albedo: DVec3, sigma: &Texture, at: Footprint) -> Self {
         let degrees = sigma.evaluate_number(at).clamp(0.0, 90.0);
@@ -258,13 +258,14 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a lobe. Layers have room for the lobes of every mixture that readers accept.
+    /// Adds a lobe. The layers of a surface have enough memory for the lobes of every mixture that
+    /// readers accept.
     fn lobe(&mut self, scale: DVec3, lobe: Lobe) {
         let fits = self.layers.add(scale, lobe);
         debug_assert!(fits, "mixtures are bounded by the loader");
     }
 
-    /// The microfacets of a roughness; remembers whether they need a tangent.
+    /// Returns the microfacets of a roughness, and remembers whether they need a tangent.
     fn facets(&mut self, roughness: &Roughness) -> TrowbridgeReitz {
         let facets = TrowbridgeReitz::new(roughness.alpha(self.at));
         self.anisotropic |= !facets.is_isotropic();
@@ -313,8 +314,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The changes of the ray's direction and of the normal from one pixel to the next, if the ray
-    /// has differentials.
+    /// Returns the changes of the ray's direction and of the normal from one pixel to the next, if
+    /// the ray has differentials.
     fn changes(&self) -> Option<[Change; 2]> {
         let beside = self.beside?;
         let turned = self.normal.dot(self.surface.shading_normal) < 0.0;
@@ -372,9 +373,9 @@ impl Builder<'_> {
     }
 }
 
-/// The Fresnel term for a reflectance r at normal incidence: Schlick's approximation, or the term
-/// of the conductor that pbrt-v4 uses, with η = 1 and k = 2 √r / √(1 − r), where r is at most
-/// 0.9999.
+/// Returns the Fresnel term for a reflectance r at normal incidence: Schlick's approximation, or
+/// the term of the conductor that pbrt-v4 uses, with η = 1 and k = 2 √r / √(1 − r), where r is at
+/// most 0.9999.
 fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
     if schlick {
         let (f0, f90) = (reflectance, 1.0);
@@ -390,13 +391,13 @@ fn coloured(reflectance: DVec3, schlick: bool) -> Fresnel {
     }
 }
 
-/// Whether a roughness is zero at a point.
+/// Returns whether a roughness is zero at a point.
 fn is_zero(roughness: &Texture, at: Footprint) -> bool {
     roughness.evaluate_number(at) <= 0.0
 }
 
-/// The index of refraction of a material: the number `eta`, or 1.5 if that is not positive or not
-/// finite, such as the 0 that pbrt-v4 writes for its default.
+/// Returns the index of refraction of a material: the number `eta`, or 1.5 if that is not positive
+/// or not finite, such as the 0 that pbrt-v4 writes for its default.
 #[must_use]
 pub fn index_of_refraction(eta: f64) -> f64 {
     if eta > 0.0 && eta.is_finite() {

@@ -20,9 +20,9 @@ pub enum RoundShape {
 }
 
 impl RoundShape {
-    /// The light that the shape becomes in the world, and whether its outside faces inwards (`None`
-    /// for a disk). `emission` returns the emission for an area, and `facing` is the normal of a
-    /// facet, which decides the side of a disk. The result is `None` if the transform makes an
+    /// Returns the light that the shape becomes in the world, and whether its outside faces inwards
+    /// (`None` for a disk). `emission` returns the emission for an area, and `facing` is the normal
+    /// of a facet, which decides the side of a disk. The result is `None` if the transform makes an
     /// ellipsoid, an ellipse or a slanted cylinder of it; such shapes are lit by facets only.
     pub(crate) fn light(
         &self,
@@ -58,7 +58,8 @@ impl RoundShape {
     }
 }
 
-/// The sphere in the world, its radius with the same sign; `None` if it becomes an ellipsoid.
+/// Returns the sphere in the world, with a radius of the same sign; `None` if the sphere becomes an
+/// ellipsoid.
 fn sphere(sphere: &Sphere, to_world: &DAffine3) -> Option<Sphere> {
     // It stays a sphere if the transform times its transpose is a multiple of the identity.
     let m = to_world.matrix3;
@@ -73,15 +74,15 @@ fn sphere(sphere: &Sphere, to_world: &DAffine3) -> Option<Sphere> {
     (is_one && finite).then_some(Sphere { center, radius })
 }
 
-/// The disk in the world, with its normal on the side of `emitting`; `None` if it becomes an
-/// ellipse.
+/// Returns the disk in the world, with its normal on the side of `emitting`; `None` if the disk
+/// becomes an ellipse.
 fn disk(disk: &Disk, to_world: &DAffine3, emitting: DVec3) -> Option<Disk> {
     // It stays a disk if two perpendicular radii stay perpendicular and of equal length.
     let frame = Frame::from_normal(disk.normal);
     let [a, b] = [frame.x, frame.y].map(|v| to_world.transform_vector3(v * disk.radius));
     let square = a.length_squared();
     let error = (b.length_squared() - square).abs().max(a.dot(b).abs());
-    // Without a rotation or scale, the numbers of the file are used to the bit.
+    // Without a rotation or scale, use the numbers of the file without rounding them again.
     let (normal, radius) = match to_world.matrix3 == DMat3::IDENTITY {
         true => (disk.normal, disk.radius),
         false => (predicates::normalize(a.cross(b))?, square.sqrt()),
@@ -95,8 +96,8 @@ fn disk(disk: &Disk, to_world: &DAffine3, emitting: DVec3) -> Option<Disk> {
     })
 }
 
-/// The cylinder in the world, its radius positive; `None` if its cross-section becomes an ellipse
-/// or its axis is not perpendicular to that.
+/// Returns the cylinder in the world, its radius positive; `None` if its cross-section becomes an
+/// ellipse or its axis is not perpendicular to that.
 fn cylinder(cylinder: &Cylinder, to_world: &DAffine3) -> Option<Cylinder> {
     // Transform the axis and two directions across, and test whether they stay perpendicular and
     // the latter of equal length.
@@ -106,7 +107,7 @@ fn cylinder(cylinder: &Cylinder, to_world: &DAffine3) -> Option<Cylinder> {
     let square = x.length_squared();
     let across = (y.length_squared() - square).abs().max(x.dot(y).abs());
     let slanted = x.dot(z).abs().max(y.dot(z).abs()) / z.length();
-    // Without a rotation or scale, the numbers of the file are used to the bit.
+    // Without a rotation or scale, use the numbers of the file without rounding them again.
     let scale = match to_world.matrix3 == DMat3::IDENTITY {
         true => 1.0,
         false => square.sqrt(),

@@ -18,22 +18,22 @@ use std::sync::Arc;
 /// Triangles that share a material and vertex attributes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mesh {
-    /// The range of its triangles in the scene's list.
+    /// The range of the mesh's triangles in the scene's list.
     pub triangles: Range<u32>,
-    /// Index into the scene's materials.
+    /// The index of the mesh's material in the scene's list.
     pub material: u32,
     /// Whether the outside is opposite to the right-hand normal of the vertex order (pbrt:
     /// `ReverseOrientation` or a transform that mirrors, but not both). The outside of a mesh with
     /// vertex normals is where they point instead.
     pub flipped: bool,
-    /// Whether its vertices have normals.
+    /// Whether the vertices of the mesh have normals.
     pub has_normals: bool,
-    /// Whether its vertices have texture coordinates; otherwise the corners of each triangle have
-    /// the coordinates (0, 0), (1, 0), (1, 1), as in pbrt.
+    /// Whether the vertices of the mesh have texture coordinates; otherwise the corners of each
+    /// triangle have the coordinates (0, 0), (1, 0), (1, 1), as in pbrt.
     pub has_uvs: bool,
-    /// The masks that cut holes into it, if there are any.
+    /// The masks that cut holes into the mesh, if there are any.
     pub cutout: Option<Cutout>,
-    /// Whether it casts no shadow; cameras see it nevertheless.
+    /// Whether the mesh casts no shadow; cameras see it nevertheless.
     pub casts_no_shadow: bool,
 }
 
@@ -42,7 +42,8 @@ pub struct Mesh {
 pub struct Cutout {
     /// The mask of the points that the camera sees; `None` means all points.
     pub seen: Option<u32>,
-    /// The mask of those visible points that also cast shadows; `None` means all of them.
+    /// The mask of the points that cast shadows, among the points that the camera sees; `None`
+    /// means that all of these points do.
     pub shadow: Option<u32>,
 }
 
@@ -56,14 +57,14 @@ pub struct SceneLight {
     pub triangles: Range<u32>,
     /// The texture of an area light whose emission varies over it; `light` then has the mean.
     pub map: Option<EmissionMap>,
-    /// The factor by which the emission of an area light depends on the direction; its mean,
-    /// weighted by the cosine, is one.
+    /// The profile of an area light, a factor by which its emission depends on the direction. The
+    /// mean of the factor, weighted by the cosine, is one.
     pub profile: Option<Arc<Profile>>,
 }
 
 impl SceneLight {
-    /// The radiance that a camera sees of an area light at texture coordinates or over a footprint,
-    /// in the unit direction `outgoing` from the light; zero for other lights.
+    /// Returns the radiance that a camera sees of an area light at texture coordinates or over a
+    /// footprint, in the unit direction `outgoing` from the light; zero for other lights.
     pub fn shown(&self, at: impl Into<Footprint>, outgoing: DVec3) -> DVec3 {
         let Light::Area(area) = &*self.light else {
             return DVec3::ZERO;
@@ -90,9 +91,9 @@ pub struct RoundLight {
     /// Whether the shape emits outwards alone, so that `light` can replace the facets; always true
     /// for disks.
     pub outward: bool,
-    /// The range of its facets in the scene's list of lights.
+    /// The range of the shape's facets in the scene's list of lights.
     pub lights: Range<u32>,
-    /// The range of its facets in the scene's list of triangles.
+    /// The range of the shape's facets in the scene's list of triangles.
     pub triangles: Range<u32>,
 }
 
@@ -151,33 +152,33 @@ pub struct SceneDescription {
     /// The lower and the upper corner of the box around the vertices that triangles use, before
     /// rounding.
     pub(crate) used: [DVec3; 2],
-    /// The largest distance by which rounding moved one of those vertices.
+    /// The largest distance by which rounding moved one of the vertices that triangles use.
     pub(crate) displacement: f64,
 }
 
 impl SceneDescription {
-    /// The three corners of a triangle in world space, as they are after rounding.
+    /// Returns the three corners of a triangle in world space, as they are after rounding.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|i| self.vertex(i))
     }
 
-    /// The position of a vertex in world space, in metres: its stored `f32` coordinates, which are
-    /// relative to [`SceneDescription::origin`], plus the origin.
+    /// Returns the position of a vertex in world space, in metres: its stored `f32` coordinates,
+    /// which are relative to [`SceneDescription::origin`], plus the origin.
     pub fn vertex(&self, index: u32) -> DVec3 {
         to_f64(self.positions[index as usize]) + self.origin
     }
 
-    /// The best origin for this scene, the [`origin_of_box`] of the vertices that triangles use, if
-    /// [`SceneBuilder::origin`](crate::SceneBuilder::origin) was another: a reader then builds the
-    /// scene again with this origin. `None` if the scene was built with the best origin.
+    /// Returns the best origin for this scene, the [`origin_of_box`] of the vertices that triangles
+    /// use, if [`SceneBuilder::origin`](crate::SceneBuilder::origin) was another: a reader then
+    /// builds the scene again with this origin. `None` if the scene was built with the best origin.
     pub fn better_origin(&self) -> Option<DVec3> {
         let [low, high] = self.used;
         let origin = origin_of_box(low, high);
         (origin != self.origin).then_some(origin)
     }
 
-    /// The distance by which rounding moved vertices, compared with the median of the edges (of at
-    /// most 4096 triangles).
+    /// Returns the distance by which rounding moved vertices, compared with the median of the edges
+    /// (of at most 4096 triangles).
     pub fn rounding(&self) -> Rounding {
         let every = self.triangles.len().div_ceil(MEASURED).max(1);
         let measured = self.triangles.iter().step_by(every);
@@ -188,29 +189,30 @@ impl SceneDescription {
         Rounding::new(self.displacement, &mut sides.collect::<Vec<_>>())
     }
 
-    /// The index of the mesh that a triangle belongs to. The time is logarithmic in the number of
-    /// meshes.
+    /// Returns the index of the mesh that a triangle belongs to. The time is logarithmic in the
+    /// number of meshes.
     pub fn mesh_of(&self, triangle: u32) -> u32 {
         let next = self.meshes.partition_point(|m| m.triangles.end <= triangle);
         u32::try_from(next).unwrap_or(u32::MAX)
     }
 
-    /// The index of the material of a triangle. The time is logarithmic in the number of meshes.
+    /// Returns the index of the material of a triangle. The time is logarithmic in the number of
+    /// meshes.
     pub fn material_of(&self, triangle: u32) -> u32 {
         self.meshes[self.mesh_of(triangle) as usize].material
     }
 
-    /// The index of the area light that a triangle belongs to, if it emits. The time is logarithmic
-    /// in the number of lights.
+    /// Returns the index of the area light that a triangle belongs to, if it emits. The time is
+    /// logarithmic in the number of lights.
     pub fn light_of(&self, triangle: u32) -> Option<u32> {
         let k = self.light_ranges.partition_point(|r| r.1 <= triangle);
         let (start, _, light) = *self.light_ranges.get(k)?;
         (start <= triangle).then_some(light)
     }
 
-    /// The round shape that the light of this number is a facet of, if it can be sampled as a whole
-    /// because it emits outwards. The whole shape has the number of its first facet. The time is
-    /// logarithmic in the number of round shapes.
+    /// Returns the round shape that the light with this index is a facet of, if the shape can be
+    /// sampled as a whole because it emits outwards. The whole shape is referred to by the index of
+    /// its first facet. The time is logarithmic in the number of round shapes.
     #[must_use]
     pub fn whole_of(&self, light: u32) -> Option<&RoundLight> {
         let k = self.round.partition_point(|r| r.lights.end <= light);
@@ -218,8 +220,8 @@ impl SceneDescription {
         (round.outward && round.lights.contains(&light)).then_some(round)
     }
 
-    /// The reflectance of the diffuse part of a material, a linear RGB colour in [0, 1]. For a
-    /// mixture it is the mixture of its parts' reflectances.
+    /// Returns the reflectance of the diffuse part of a material, a linear RGB colour in [0, 1].
+    /// For a mixture it is the mixture of the reflectances of its two materials.
     pub fn diffuse_reflectance(&self, material: u32, at: impl Into<Footprint>) -> DVec3 {
         let at = at.into();
         let material = &self.materials[material as usize];
@@ -237,8 +239,8 @@ impl SceneDescription {
         }
     }
 
-    /// Whether any texture of a material or a light varies over a surface, so that lookups need the
-    /// footprint of a pixel.
+    /// Returns whether any texture of a material or a light varies over a surface, so that lookups
+    /// need the footprint of a pixel.
     pub fn has_textures(&self) -> bool {
         self.materials.iter().any(Material::varies) || self.lights.iter().any(|l| l.map.is_some())
     }
@@ -257,8 +259,8 @@ impl SceneDescription {
         }
     }
 
-    /// The lower and the upper corner of the bounding box of all triangles and linear lights;
-    /// `None` if there are none.
+    /// Returns the lower and the upper corner of the bounding box of all triangles and linear
+    /// lights; `None` if there are none.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let mut points = self.triangles.iter().flatten().map(|i| self.vertex(*i));
         let lines = self.lights.iter().filter_map(|l| match &*l.light {
@@ -286,7 +288,7 @@ impl SceneDescription {
         }
     }
 
-    /// The skies among the lights, which camera rays meet where they meet no surface.
+    /// Returns the skies among the lights, which camera rays meet where they meet no surface.
     pub fn skies(&self) -> impl Iterator<Item = &Sky> {
         self.lights.iter().filter_map(|light| match &*light.light {
             Light::Sky(sky) => Some(sky),
@@ -294,7 +296,7 @@ impl SceneDescription {
         })
     }
 
-    /// The size of the geometry in bytes.
+    /// Returns the size of the geometry in bytes.
     pub fn memory(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.triangles[..])
@@ -304,8 +306,8 @@ impl SceneDescription {
             + size_of_val(&self.lights[..])
     }
 
-    /// The size of all images of textures in bytes, with the mipmaps that have been built; each
-    /// image counts once.
+    /// Returns the size of all images of textures in bytes, with the mipmaps that have been built;
+    /// each image counts once.
     pub fn texture_memory(&self) -> usize {
         let mut images: HashMap<*const ImageData, usize> = HashMap::new();
         let mut count = |image: &ImageTexture| {
@@ -323,11 +325,11 @@ impl SceneDescription {
     }
 
     /// Adds a flat black quadrilateral that emits on the side from which its corners run
-    /// counter-clockwise. `radiance` is called with its area and returns the radiance. The result
-    /// is false, and the scene unchanged, if the corners, rounded to `f32`, do not form a convex
-    /// quadrilateral.
+    /// counter-clockwise. `radiance` is called with the area of the quadrilateral and returns the
+    /// radiance. The result is false, and the scene unchanged, if the corners, rounded to `f32`, do
+    /// not form a convex quadrilateral.
     ///
-    /// The numbers of other lights and of other triangles do not change.
+    /// The indices of other lights and of other triangles do not change.
     pub fn add_quad_light(
         &mut self,
         name: &str,
@@ -385,12 +387,13 @@ impl SceneDescription {
     }
 }
 
-/// The largest number of triangles whose edges the median is taken of.
+/// The largest number of triangles whose edges are used for the median in
+/// [`SceneDescription::rounding`].
 const MEASURED: usize = 1 << 12;
 
-/// The unit normal on the outside of a triangle: `winding`, the right-hand normal of the vertex
-/// order, or its opposite. The outside is where the vertex normal points; for a vertex normal of
-/// zero it is opposite to `winding` if the mesh is flipped.
+/// Returns the unit normal on the outside of a triangle: `winding`, the right-hand normal of the
+/// vertex order, or its opposite. The outside is where the vertex normal points; for a vertex
+/// normal of zero it is opposite to `winding` if the mesh is flipped.
 pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DVec3 {
     let inside_out = if vertex_normal == DVec3::ZERO {
         flipped
@@ -400,12 +403,12 @@ pub(crate) fn outward(winding: DVec3, vertex_normal: DVec3, flipped: bool) -> DV
     if inside_out { -winding } else { winding }
 }
 
-/// A stored vector in double precision.
+/// Returns a stored vector in double precision.
 pub(crate) fn to_f64([x, y, z]: [f32; 3]) -> DVec3 {
     DVec3::new(f64::from(x), f64::from(y), f64::from(z))
 }
 
-/// A vector rounded to single precision, which may overflow to infinity.
+/// Returns a vector rounded to single precision, which may overflow to infinity.
 #[allow(
     clippy::cast_possible_truncation,
     reason = "the renderer's geometry is f32"

@@ -26,7 +26,7 @@ pub struct Surface {
     pub uv: DVec2,
     /// The extent of the pixel around the point; zero for lookups without extent.
     pub covered: Covered,
-    /// The number of the triangle.
+    /// The index of the triangle in the scene's list.
     pub triangle: u32,
     /// The largest component of the triangle's edges from its first corner, a measure of its size.
     pub extent: f64,
@@ -50,7 +50,7 @@ pub struct Covered {
 }
 
 impl Surface {
-    /// The texture coordinates and the extent over which textures are looked up.
+    /// Returns the texture coordinates and the extent over which textures are looked up.
     pub const fn footprint(&self) -> Footprint {
         let [dx, dy] = self.covered.uv;
         Footprint {
@@ -78,8 +78,8 @@ const DEFAULT_UVS: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 const BUMP_STEP: f64 = 0.0005;
 
 impl SceneDescription {
-    /// The surface where a ray meets a triangle, at the barycentric weights `[b1, b2]` of its
-    /// second and third corner (the first has the weight 1 − b1 − b2).
+    /// Returns the surface where a ray meets a triangle, at the barycentric weights `[b1, b2]` of
+    /// its second and third corner (the first has the weight 1 − b1 − b2).
     ///
     /// Orientation follows pbrt: the outside is where the vertex normals point. For a mesh without
     /// them it is where the right-hand normal of the vertex order points, or the opposite side if
@@ -93,8 +93,8 @@ impl SceneDescription {
         self.surface_over(triangle, barycentric, ray_direction, None)
     }
 
-    /// The surface as [`SceneDescription::surface`] returns it, with the extent of the pixel that
-    /// the neighbouring rays `beside` bound.
+    /// Returns the surface as [`SceneDescription::surface`] returns it, with the extent of the
+    /// pixel that the neighbouring rays `beside` bound.
     ///
     /// The neighbouring rays are intersected with the plane of the triangle, on which texture
     /// coordinates and normals are extrapolated.
@@ -163,7 +163,7 @@ impl SceneDescription {
         surface
     }
 
-    /// A triangle with the attributes of its corners.
+    /// Returns a triangle with the attributes of its corners.
     fn facet(&self, triangle: u32) -> SurfaceTriangle<'_> {
         let mesh = &self.meshes[self.mesh_of(triangle) as usize];
         let indices = self.triangles[triangle as usize];
@@ -180,8 +180,9 @@ impl SceneDescription {
         }
     }
 
-    /// The derivatives ∂p/∂u and ∂p/∂v of the points of a triangle by the texture coordinates.
-    /// Where the coordinates are degenerate, they are two perpendicular unit vectors in its plane.
+    /// Returns the derivatives ∂p/∂u and ∂p/∂v of the points of a triangle by the texture
+    /// coordinates. Where the coordinates are degenerate, they are two perpendicular unit vectors
+    /// in its plane.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -190,8 +191,8 @@ impl SceneDescription {
         tangents(found.points, found.uvs)
     }
 
-    /// The normal `outer`, which is on the outside, as the bump or normal map of the material turns
-    /// it, of any length; `None` if the material has neither.
+    /// Returns the normal `outer`, which is on the outside, as the bump or normal map of the
+    /// material turns it; the result may have any length. `None` if the material has neither.
     fn bent_normal(
         &self,
         surface: &Surface,
@@ -224,11 +225,11 @@ impl SceneDescription {
 }
 
 impl Mesh {
-    /// The texture coordinates of the corners of one of its triangles. `uvs` has the coordinates of
-    /// all vertices of the scene, and `vertices` the triangle's indices.
+    /// Returns the texture coordinates of the corners of one of the mesh's triangles. `uvs` has the
+    /// coordinates of all vertices of the scene, and `vertices` the triangle's indices.
     ///
     /// # Panics
-    /// If there is no such vertex.
+    /// If an index is not below the number of vertices.
     #[must_use]
     pub fn corner_uvs(&self, uvs: &[[f32; 2]], vertices: [u32; 3]) -> [DVec2; 3] {
         if !self.has_uvs {
@@ -241,12 +242,13 @@ impl Mesh {
     }
 }
 
-/// The right-hand unit normal of a triangle, from its edges at the first corner.
+/// Returns the right-hand unit normal of a triangle, from its edges at the first corner.
 fn winding(e1: DVec3, e2: DVec3) -> DVec3 {
     e1.cross(e2).normalize_or(DVec3::Z)
 }
 
-/// The derivatives ∂p/∂u and ∂p/∂v; perpendicular unit vectors if the coordinates are degenerate.
+/// Returns the derivatives ∂p/∂u and ∂p/∂v; perpendicular unit vectors if the coordinates are
+/// degenerate.
 fn tangents(p: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(p, uv).unwrap_or_else(|| {
         let frame = Frame::from_normal(winding(p[1] - p[0], p[2] - p[0]));
@@ -254,14 +256,14 @@ fn tangents(p: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     })
 }
 
-/// The derivatives of the vertex normals of a triangle by the texture coordinates; zero if the
-/// coordinates are degenerate.
+/// Returns the derivatives of the vertex normals of a triangle by the texture coordinates; zero if
+/// the coordinates are degenerate.
 fn normal_change(normals: [DVec3; 3], uv: [DVec2; 3]) -> [DVec3; 2] {
     derivatives(normals, uv).unwrap_or_default()
 }
 
-/// The derivatives by texture coordinates of an attribute `p` of a triangle's corners, the solution
-/// of `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`; `None` if the coordinates are degenerate.
+/// Returns the derivatives by texture coordinates of an attribute `p` of a triangle's corners, the
+/// solution of `p_k − p_0 = dp_du Δu_k + dp_dv Δv_k`; `None` if the coordinates are degenerate.
 fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     let (a, b) = (uv[1] - uv[0], uv[2] - uv[0]);
     let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
@@ -272,8 +274,8 @@ fn derivatives(p: [DVec3; 3], uv: [DVec2; 3]) -> Option<[DVec3; 2]> {
     (regular && du.is_finite() && dv.is_finite()).then_some([du, dv])
 }
 
-/// The extent of the pixel over a triangle around a point of it. `length` is the length of the
-/// interpolated vertex normal, before it is normalised.
+/// Returns the extent of the pixel over a triangle around a point of it. `length` is the length of
+/// the interpolated vertex normal, before it is normalised.
 fn covered(
     surface: &Surface,
     corners: [DVec3; 3],
@@ -312,10 +314,10 @@ fn covered(
     }
 }
 
-/// The normal of the surface that is displaced by a height d along its normal n (Blinn 1978; Pharr,
-/// Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §9.3): the cross product of
-/// ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u and likewise ∂p'/∂v. The slopes ∂d/∂u and ∂d/∂v are pbrt's
-/// forward differences over half the pixel, of the mean heights over the footprint.
+/// Returns the normal of the surface that is displaced by a height d along its normal n (Blinn
+/// 1978; Pharr, Jakob and Humphreys, *Physically Based Rendering*, 3rd edition, §9.3): the cross
+/// product of ∂p'/∂u = ∂p/∂u + n ∂d/∂u + d ∂n/∂u and likewise ∂p'/∂v. The slopes ∂d/∂u and ∂d/∂v
+/// are pbrt's forward differences over half the pixel, of the mean heights over the footprint.
 fn bumped(
     height: &Texture,
     at: &Footprint,
@@ -323,7 +325,8 @@ fn bumped(
     normal: DVec3,
     [dn_du, dn_dv]: [DVec3; 2],
 ) -> DVec3 {
-    /// The smallest step: below it, rounding in the difference of two heights would be visible.
+    /// The smallest step in texture coordinates over which a slope is measured: below it, rounding
+    /// in the difference of two heights would be visible.
     const LEAST: f64 = 1e-8;
     // Measure the slopes.
     let step = 0.5 * (at.dx.abs() + at.dy.abs());
@@ -342,8 +345,8 @@ fn bumped(
     }
 }
 
-/// The unit tangents that pbrt-v3 uses on a surface with vertex normals: opposite to the direction
-/// of the first texture coordinate, and perpendicular to it.
+/// Returns the unit tangents that pbrt-v3 uses on a surface with vertex normals: opposite to the
+/// direction of the first texture coordinate, and perpendicular to it.
 fn v3_tangents(dp_du: DVec3, normal: DVec3) -> [DVec3; 2] {
     match dp_du.cross(normal).try_normalize() {
         Some(across) => [across.cross(normal), across],
@@ -354,8 +357,8 @@ fn v3_tangents(dp_du: DVec3, normal: DVec3) -> [DVec3; 2] {
     }
 }
 
-/// The normal from a normal map, whose components are along ∂p/∂u (x), towards ∂p/∂v (y) and along
-/// the normal (z).
+/// Returns the normal from a normal map, whose components are along ∂p/∂u (x), towards ∂p/∂v (y)
+/// and along the normal (z).
 fn mapped(
     map: &NormalMap,
     at: impl Into<Footprint>,

@@ -46,7 +46,7 @@ impl TextureFilter {
 }
 
 impl Default for TextureFilter {
-    /// The default of pbrt-v3: ellipses up to eight times as long as wide.
+    /// Returns the default of pbrt-v3: ellipses up to eight times as long as wide.
     fn default() -> Self {
         Self::Ewa {
             max_anisotropy: 8.0,
@@ -74,7 +74,7 @@ impl UvMapping {
         rotation: 0.0,
     };
 
-    /// The mapped coordinates.
+    /// Returns the coordinates after this mapping.
     pub fn apply(&self, uv: DVec2) -> DVec2 {
         let scaled = self.scale * uv;
         if self.rotation == 0.0 {
@@ -83,7 +83,7 @@ impl UvMapping {
         DVec2::from_angle(self.rotation).rotate(scaled) + self.offset
     }
 
-    /// The change of the mapped coordinates for a change of the coordinates.
+    /// Returns the change of the mapped coordinates for a change of the coordinates.
     pub fn apply_to_change(&self, change: DVec2) -> DVec2 {
         let scaled = self.scale * change;
         if self.rotation == 0.0 {
@@ -102,7 +102,7 @@ pub struct ImageTexture {
     pub mapping: UvMapping,
     /// The wrap modes beyond the edges, across and up.
     pub wrap: [Wrap; 2],
-    /// The filter by which it is looked up over a pixel's footprint.
+    /// The filter by which the image is looked up over a pixel's footprint.
     pub filter: TextureFilter,
     /// A factor on every value.
     pub scale: f64,
@@ -149,7 +149,7 @@ pub enum Texture {
         /// The mapping from surface to checkerboard coordinates.
         mapping: UvMapping,
         /// Whether a lookup over a footprint takes the mean over the rectangle that reaches one
-        /// pixel to each side, as in pbrt-v3, instead of the square at its middle.
+        /// pixel to each side, as in pbrt-v3, instead of the value of the square at its centre.
         filtered: bool,
         /// The texture of the squares whose column and row numbers have an even sum.
         even: Arc<Self>,
@@ -164,8 +164,8 @@ impl Texture {
         Self::Constant(DVec3::splat(value))
     }
 
-    /// The value at texture coordinates, or over a footprint. A product over a footprint is the
-    /// product of its factors' means, and likewise a mixture, as in pbrt.
+    /// Returns the value at texture coordinates, or over a footprint. A product over a footprint is
+    /// the product of its factors' means, and likewise a mixture, as in pbrt.
     #[inline]
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
         if let Self::Constant(value) = self {
@@ -174,7 +174,7 @@ impl Texture {
         self.over(&at.into())
     }
 
-    /// The value over a footprint, which may be a point.
+    /// Returns the value of the texture over a footprint, which may be a point.
     fn over(&self, at: &Footprint) -> DVec3 {
         match self {
             Self::Constant(value) => *value,
@@ -207,7 +207,8 @@ impl Texture {
         }
     }
 
-    /// The value as a number: the luminance of a colour, and a number itself.
+    /// Returns the value of the texture as a number: the luminance of a colour, or the number
+    /// itself.
     #[inline]
     pub fn evaluate_number(&self, at: impl Into<Footprint>) -> f64 {
         match self {
@@ -216,7 +217,8 @@ impl Texture {
         }
     }
 
-    /// The textures that the expression is made of, without itself.
+    /// Returns the textures that this texture is directly made of: the factors of a product, the
+    /// three textures of a mixture, or the two of a checkerboard.
     fn parts(&self) -> impl Iterator<Item = &Self> {
         let parts = match self {
             Self::Constant(_) | Self::Image(_) => [None; 3],
@@ -227,13 +229,15 @@ impl Texture {
         parts.into_iter().flatten().map(Arc::as_ref)
     }
 
-    /// Whether the value may vary over a surface, so that lookups need footprints.
+    /// Returns whether the value of the texture may vary over a surface, so that lookups need
+    /// footprints.
     pub(crate) fn varies(&self) -> bool {
         let is_looked_up = matches!(self, Self::Image(_) | Self::Checkerboard { .. });
         is_looked_up || self.parts().any(Self::varies)
     }
 
-    /// The value if the texture is a constant. (Expressions of constants count as not constant.)
+    /// Returns the value of the texture if it is a constant. (Expressions of constants count as not
+    /// constant.)
     pub const fn as_constant(&self) -> Option<DVec3> {
         match self {
             Self::Constant(value) => Some(*value),
@@ -249,7 +253,8 @@ impl Texture {
         self.parts().for_each(|part| part.for_each_image(f));
     }
 
-    /// The number of nodes of the expression, to which the time of its evaluation is proportional.
+    /// Returns the number of nodes of the expression, to which the time of its evaluation is
+    /// proportional.
     #[must_use]
     pub fn cost(&self) -> usize {
         1 + self.parts().map(Self::cost).sum::<usize>()
@@ -257,7 +262,7 @@ impl Texture {
 }
 
 impl ImageTexture {
-    /// The value at surface coordinates, or over a footprint by [`ImageTexture::filter`].
+    /// Returns the value at surface coordinates, or over a footprint by [`ImageTexture::filter`].
     pub fn evaluate(&self, at: impl Into<Footprint>) -> DVec3 {
         let at: Footprint = at.into();
         let at = at.mapped(&self.mapping);
@@ -267,7 +272,7 @@ impl ImageTexture {
         self.finished(self.looked_up(&at))
     }
 
-    /// Whether two textures look the same pixels up in the same way.
+    /// Returns whether two textures look the same pixels up in the same way.
     #[allow(clippy::float_cmp, reason = "asks whether it is the very same number")]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.data, &other.data)
@@ -276,7 +281,8 @@ impl ImageTexture {
             && self.invert == other.invert
     }
 
-    /// The texture's value for a value of the image: scaled, and perhaps inverted.
+    /// Returns the texture's value for a value of the image: the value, scaled and then inverted if
+    /// the texture is inverted.
     pub(crate) fn finished(&self, value: DVec3) -> DVec3 {
         let value = self.scale * value;
         if self.invert {
@@ -286,7 +292,7 @@ impl ImageTexture {
         }
     }
 
-    /// The image's value over a footprint in image coordinates.
+    /// Returns the image's value over a footprint in image coordinates.
     fn looked_up(&self, at: &Footprint) -> DVec3 {
         if at.is_point() {
             // Look a point up in the image itself, as mipmaps are resampled to powers of two.
@@ -318,7 +324,7 @@ impl ImageTexture {
     }
 }
 
-/// The fraction of the area of odd squares in the rectangle around a footprint.
+/// Returns the fraction of the area of odd squares in the rectangle around a footprint.
 ///
 /// Squares are even where s(x) s(y) = 1, with s the square wave of period two that begins with 1;
 /// the mean of a product over a rectangle is the product of the means.
@@ -327,8 +333,8 @@ fn odd_share(at: &Footprint) -> f64 {
     0.5 - 0.5 * mean_of_wave(at.uv.x, reach.x) * mean_of_wave(at.uv.y, reach.y)
 }
 
-/// The mean over [x − r, x + r] of the wave that is 1 in [0, 1), −1 in [1, 2), and so on: the
-/// difference of its integral, a triangle wave, over 2 r.
+/// Returns the mean over [x − r, x + r] of the wave that is 1 in [0, 1), −1 in [1, 2), and so on:
+/// the difference of its integral, a triangle wave, over 2 r.
 #[allow(clippy::float_cmp, reason = "asks whether whole numbers are the same")]
 fn mean_of_wave(x: f64, r: f64) -> f64 {
     let (from, to) = (x - r, x + r);
@@ -343,7 +349,8 @@ fn mean_of_wave(x: f64, r: f64) -> f64 {
     (integral(to) - integral(from)) / (to - from)
 }
 
-/// The index of a row or column of `n` after wrapping; `None` beyond a black edge.
+/// Returns the index, from 0 to `n` − 1, of the row or column `i` after wrapping; `None` beyond a
+/// black edge.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

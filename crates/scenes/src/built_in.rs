@@ -2,7 +2,7 @@
 
 use crate::{Files, colonnade, foliage, gloss, logo, papers, rooms, spheres, window};
 
-/// A scene that a generator makes.
+/// A scene that a generator of this crate makes, by its name.
 #[derive(Clone, Copy, Debug)]
 pub struct BuiltIn {
     /// The name by which [`Library::load`](crate::Library::load) and the command line find it.
@@ -175,7 +175,7 @@ impl BuiltIn {
         ),
     ];
 
-    /// An entry of the table.
+    /// Creates an entry of the table.
     const fn new(name: &'static str, about: &'static str, generator: fn() -> Files) -> Self {
         Self {
             name,
@@ -184,9 +184,9 @@ impl BuiltIn {
         }
     }
 
-    /// The scene of this name, in which `-large` may be left out: `cornell-box` means
-    /// `cornell-box-large`. In addition to [`BuiltIn::ALL`], it finds `spheres-1e3` to
-    /// `spheres-1e6` and the scenes of the papers' claims.
+    /// Returns the built-in scene with this name; `None` if there is none. `-large` may be left out
+    /// of the name: `cornell-box` means `cornell-box-large`. In addition to [`BuiltIn::ALL`], this
+    /// function finds `spheres-1e3` to `spheres-1e6` and the scenes of the papers' claims.
     pub fn find(name: &str) -> Option<Self> {
         let all = || {
             Self::ALL
@@ -198,14 +198,14 @@ impl BuiltIn {
         find(name).or_else(|| find(&format!("{name}-large")))
     }
 
-    /// The name of the main file.
+    /// Returns the name of the scene's main file.
     #[must_use]
     pub fn main_file(&self) -> String {
         format!("{}.pbrt", self.name)
     }
 
-    /// The main file and all files that it names, perhaps with the main files of the scene's
-    /// variants.
+    /// Generates the main file of the scene and all files that the main file names, perhaps
+    /// together with the main files of other variants of the scene.
     #[must_use]
     pub fn files(&self) -> Files {
         (self.generator)()

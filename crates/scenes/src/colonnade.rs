@@ -15,7 +15,8 @@ const HALF: f64 = 2.2;
 /// The height of a storey.
 const STOREY: f64 = 4.0;
 
-/// The hall, two storeys high, along x, in three variants.
+/// Returns the files of a scene: a hall two storeys high, along x, in three variants, each with its
+/// light.
 pub(super) fn colonnade() -> Files {
     // Write a PLY file for each material.
     let mut geometry = String::new();
@@ -52,7 +53,7 @@ pub(super) fn colonnade() -> Files {
     files
 }
 
-/// The number of triangles of all meshes.
+/// Returns the number of triangles of all meshes of the hall.
 #[cfg(test)]
 pub(super) fn triangle_count() -> usize {
     parts()
@@ -61,7 +62,7 @@ pub(super) fn triangle_count() -> usize {
         .sum()
 }
 
-/// The meshes with the names of their files and their reflectances.
+/// Returns the meshes of the hall, each with the name of its file and its reflectance.
 fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
     [
         ("colonnade-stone.ply", [0.72, 0.68, 0.6], stone()),
@@ -70,12 +71,12 @@ fn parts() -> [(&'static str, [f64; 3], Mesh); 3] {
     ]
 }
 
-/// The position of column `k` along the hall.
+/// Returns the x coordinate of column `k`, which is its position along the hall.
 fn column_x(k: u32) -> f64 {
     BAY * (f64::from(k) - 0.5 * f64::from(COLUMNS - 1))
 }
 
-/// The columns, arches and balustrades of both storeys.
+/// Returns the columns, arches and balustrades of both storeys.
 fn stone() -> Mesh {
     let mut mesh = Mesh::default();
     for storey in 0..2u32 {
@@ -93,7 +94,7 @@ fn stone() -> Mesh {
     mesh
 }
 
-/// A fluted column between two slabs, 2.5 high.
+/// Adds a fluted column between two slabs, 2.5 high, whose base is centred at `foot`.
 fn column(mesh: &mut Mesh, foot: [f64; 3]) {
     // Make the shaft, which tapers, has flutes, and widens at both ends.
     let radius = |v: f64, angle: f64| {
@@ -123,7 +124,8 @@ fn column(mesh: &mut Mesh, foot: [f64; 3]) {
     slab(mesh, 2.38);
 }
 
-/// A half-round arch with a moulding between two columns, and the wall above it.
+/// Adds a half-round arch with a moulding from the column at (x, y, z) to the next one along x, and
+/// the wall above the arch.
 fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     // Make the arch, a tube with a wavy cross-section along a half circle.
     let centre = x + 0.5 * BAY;
@@ -152,7 +154,7 @@ fn arch(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     });
 }
 
-/// A balustrade, one bay wide: balusters between a base and a rail.
+/// Adds a balustrade, one bay wide, from (x, y, z) along x: balusters between a base and a rail.
 fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     for k in 0..6u32 {
         let c = x + BAY * (f64::from(k) + 0.5) / 6.0;
@@ -169,7 +171,7 @@ fn balustrade(mesh: &mut Mesh, x: f64, y: f64, z: f64) {
     mesh.cuboid([x, y + 0.65, z - 0.1], [x + BAY, y + 0.73, z + 0.1], 0.0);
 }
 
-/// The floor, the outer walls, and the floors of the galleries behind the columns.
+/// Returns the floor, the outer walls, and the floors of the galleries behind the columns.
 fn walls() -> Mesh {
     let mut mesh = Mesh::default();
     let (long, wide, high) = (
@@ -208,7 +210,7 @@ fn walls() -> Mesh {
     mesh
 }
 
-/// The pots along the hall, with plants of many leaves.
+/// Returns the pots along the hall, with plants of many leaves.
 fn pots() -> Mesh {
     let mut mesh = Mesh::default();
     let mut random = Random::new(1991);
@@ -230,7 +232,8 @@ fn pots() -> Mesh {
     mesh
 }
 
-/// A bent leaf of four triangles.
+/// Adds a bent leaf of four triangles at a random position above and around `foot`, with a random
+/// direction and size.
 fn leaf(mesh: &mut Mesh, random: &mut Random, foot: [f64; 3]) {
     let angle = random.between(0.0, TAU);
     let (out, up) = (random.between(0.05, 0.55), random.between(0.5, 1.5));

@@ -17,7 +17,7 @@ const LEAVES: u32 = 24;
 /// The number of twigs of the tree.
 const TWIGS: u32 = 240;
 
-/// A tree on a lawn under a square light.
+/// Returns the files of a scene: a tree on a lawn under a square light.
 pub(super) fn foliage() -> Files {
     // Make the lawn, a wall behind it, and the trunk.
     let mut lawn = Mesh::polygon(&facing_up([-6.0, -6.0], [6.0, 6.0], 0.0));
@@ -48,8 +48,8 @@ pub(super) fn foliage() -> Files {
     vec![main, ("leaf.tga".to_owned(), tga(LEAF, leaf))]
 }
 
-/// The alpha of a pixel of the leaf's image, with the tip at row 0: two arcs that meet in points,
-/// and a stalk.
+/// Returns the alpha, as a grey, of the pixel in column `i` and row `j` of the leaf's image, with
+/// the tip at row 0: two arcs that meet in points, and a stalk.
 fn leaf(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = LEAF.map(f64::from);
     let (x, y) = (
@@ -69,7 +69,7 @@ fn leaf(i: u16, j: u16) -> [u8; 3] {
     [value; 3]
 }
 
-/// The object `twig`: leaves around a stem along y, as pbrt text.
+/// Returns the object `twig`: leaves around a stem along y, as pbrt text.
 fn twig() -> String {
     let (mut points, mut uvs, mut indices) = (String::new(), String::new(), String::new());
     for k in 0..LEAVES {
@@ -94,10 +94,12 @@ fn twig() -> String {
     )
 }
 
-/// The angle between leaves, and between twigs, that fills a circle evenly.
+/// The golden angle, in radians. Leaves and twigs that follow each other at this angle around a
+/// stem are spread uniformly over the circle, for any number of them.
 const GOLDEN: f64 = 0.381_966_011_250_105 * TAU;
 
-/// The instances of the twig, which point outwards from the middle of the crown, as pbrt text.
+/// Returns the instances of the twig, which point outwards from the centre of the crown, as pbrt
+/// text.
 fn twigs() -> String {
     let mut text = String::new();
     for k in 0..TWIGS {
@@ -114,7 +116,7 @@ fn twigs() -> String {
             x[2] * y[0] - x[0] * y[2],
             x[0] * y[1] - x[1] * y[0],
         ];
-        // Write the twig at some distance from the middle.
+        // Write the twig at some distance from the centre.
         let depth = 0.35 + 0.4 * f64::from(k * 7 % 11) / 10.0;
         let at = [depth * y[0], 1.75 + depth * y[1], depth * y[2]];
         text += "AttributeBegin ConcatTransform [";
@@ -126,7 +128,7 @@ fn twigs() -> String {
     text
 }
 
-/// Three coordinates as text.
+/// Formats three coordinates as text.
 fn triple(of: [f64; 3]) -> String {
     let [x, y, z] = of.map(rounded);
     format!(" {x} {y} {z}")

@@ -7,7 +7,8 @@ use super::rooms::{BOX_CAMERA, walls};
 use super::{Files, diffuse, facing_down, facing_up, light_text};
 use linelit_elementary::sin_cos;
 
-/// The main file of a scene that has a single variant.
+/// Returns the name and the contents of the main file of a scene that has a single variant. `size`
+/// is the resolution, and `world` the pbrt text after `WorldBegin`.
 pub(super) fn scene(
     name: &str,
     about: &str,
@@ -26,7 +27,7 @@ pub(super) fn scene(
     (format!("{name}.pbrt"), text.into_bytes())
 }
 
-/// A black polygon that emits, as pbrt text.
+/// Returns a black polygon that emits, as pbrt text.
 fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     format!(
         "AttributeBegin\nMaterial \"matte\" \"rgb Kd\" [ 0 0 0 ]\n{}\nAttributeEnd\n",
@@ -34,8 +35,8 @@ fn light(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     )
 }
 
-/// A mesh with pbrt's plastic, as pbrt text: a diffuse base under microfacets of Trowbridge and
-/// Reitz with the roughness α.
+/// Returns a mesh with pbrt's plastic, as pbrt text: a diffuse base under microfacets of Trowbridge
+/// and Reitz with the roughness α.
 pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String {
     let [r, g, b] = kd;
     format!(
@@ -44,8 +45,8 @@ pub(super) fn plastic(kd: [f64; 3], ks: f64, alpha: f64, mesh: &Mesh) -> String 
     )
 }
 
-/// The scene of figure 5: a quad that floats below a quad light whose edges are parallel to its
-/// own.
+/// Returns the files of the scene of figure 5: a quad that floats below a quad light whose edges
+/// are parallel to the edges of the quad.
 pub(super) fn floating_quad() -> Files {
     let quad = Mesh::polygon(&facing_down([0.0, 1.0, 0.0], [0.35, 0.35]));
     let mut world = walls();
@@ -67,8 +68,8 @@ pub(super) fn floating_quad() -> Files {
 /// The roughness α of the strips from left to right.
 const STRIPS: [f64; 5] = [0.5, 0.25, 0.12, 0.06, 0.03];
 
-/// The scene of figures 6 and 7: five strips from rough to glossy, an occluder on each of them, and
-/// a light behind.
+/// Returns the files of the scene of figures 6 and 7: five strips from rough to glossy, an occluder
+/// on each of them, and a light behind.
 pub(super) fn strips() -> Files {
     let mut world = String::new();
     for (k, alpha) in (0u8..).zip(STRIPS) {
@@ -103,9 +104,9 @@ pub(super) fn strips() -> Files {
     vec![scene("strips", about, camera, [320, 200], &world)]
 }
 
-/// The scene of figure 1: slabs on a glossy floor before a wide light. The first edge of the light
-/// is horizontal and the edges of the slabs are vertical, so that lines along the first cross the
-/// latter.
+/// Returns the files of the scene of figure 1: slabs on a glossy floor before a wide light. The
+/// first edge of the light is horizontal and the edges of the slabs are vertical, so that lines
+/// along the first cross the latter.
 pub(super) fn monoliths() -> Files {
     let floor = Mesh::polygon(&facing_up([-4.0, -3.0], [4.0, 3.2], 0.0));
     // Make slabs of different heights and turns.
@@ -143,8 +144,9 @@ pub(super) fn monoliths() -> Files {
     vec![scene("monoliths", about, camera, [320, 200], &world)]
 }
 
-/// The scene of figure 10, after Veach: four plates from glossy to rough, which are tilted so that
-/// each mirrors the lights to the camera, and bars between the plates and the lights.
+/// Returns the files of the scene of figure 10, after Veach: four plates from glossy to rough,
+/// which are tilted so that each mirrors the lights to the camera, and bars between the plates and
+/// the lights.
 pub(super) fn plates() -> Files {
     let mut world = String::new();
     // Add the plates by height, depth, tilt and roughness α.

@@ -30,7 +30,7 @@ use text::{diffuse, facing_down, facing_up, light_text, line_text, main_file, ma
 /// The files of a scene: their names and contents.
 pub type Files = Vec<(String, Vec<u8>)>;
 
-/// The files of the scenes that are stored in the repository, in the folder `scenes`.
+/// Generates the files of the scenes that are stored in the repository, in the folder `scenes`.
 #[must_use]
 pub fn kept() -> Files {
     let scenes = [

@@ -15,12 +15,13 @@ use std::{fmt, fs, io};
 pub struct Library {
     /// The options for reading files.
     pub options: LoadOptions,
-    /// The function that is called with each warning, and with notes, which begin with `note:`.
+    /// The function that is called with each warning about a scene, and with notes, which begin
+    /// with `note:`.
     pub note: fn(fmt::Arguments<'_>),
 }
 
 impl Default for Library {
-    /// A library with [`LoadOptions::default`], which ignores warnings.
+    /// Creates a library with [`LoadOptions::default`], which ignores warnings.
     fn default() -> Self {
         Self {
             options: LoadOptions::default(),
@@ -30,8 +31,8 @@ impl Default for Library {
 }
 
 impl Library {
-    /// Loads the scene that [`SceneLocation::find`] finds. A built-in scene is made in memory, and
-    /// no file is opened.
+    /// Loads the scene that [`SceneLocation::find`] finds by this name. A built-in scene is made in
+    /// memory, and no file is opened.
     ///
     /// # Errors
     /// The scene cannot be found or read.
@@ -140,7 +141,8 @@ impl SceneLocation {
         )
     }
 
-    /// The name of the built-in scene that a misspelt name probably means.
+    /// Returns the name of the built-in scene that a misspelt name probably means; `None` if no
+    /// name is similar.
     #[must_use]
     pub fn nearest(name: &str) -> Option<&'static str> {
         let short = |scene: &BuiltIn| scene.name.strip_suffix("-large");
@@ -149,7 +151,7 @@ impl SceneLocation {
         linelit_formats::nearest(name, known.flatten())
     }
 
-    /// The bytes of a file that the scene names.
+    /// Returns the bytes of a file that the scene at this location names.
     ///
     /// # Errors
     /// The file cannot be read.

@@ -17,7 +17,8 @@ const STROKES: [[f64; 4]; 5] = [
 /// is large but not reported.
 const EXPONENT: f64 = 50_000.0;
 
-/// The letters on a glossy plane, and a light behind them; the plane mirrors both to the camera.
+/// Returns the files of a scene: the letters on a glossy plane, and a light behind them; the plane
+/// mirrors both to the camera.
 pub(super) fn logo() -> Files {
     let floor = Mesh::polygon(&facing_up([-6.0; 2], [6.0; 2], 0.0));
     let mut letters = Mesh::default();

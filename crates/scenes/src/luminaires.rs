@@ -8,7 +8,8 @@ use crate::text::{diffuse, emitter, facing_up, light_text};
 /// The filter and the film of the scenes, up to the beginning of the world.
 const HEAD: &str = "PixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\nFilm \"rgb\" \"integer xresolution\" [ 128 ] \"integer yresolution\" [ 128 ]\nWorldBegin\n";
 
-/// A triangle that faces down, about a centre.
+/// Returns the corners of a triangle that faces down, about a centre. `flip` turns it by half a
+/// turn.
 fn triangle([x, y, z]: [f64; 3], size: f64, flip: bool) -> [[f64; 3]; 3] {
     let s = if flip { -size } else { size };
     [
@@ -18,14 +19,14 @@ fn triangle([x, y, z]: [f64; 3], size: f64, flip: bool) -> [[f64; 3]; 3] {
     ]
 }
 
-/// A luminaire of a warm colour, as pbrt text.
+/// Returns a luminaire of a warm colour, as pbrt text.
 fn luminaire(radiance: f64, corners: &[[f64; 3]]) -> String {
     let colour = [radiance, 0.92 * radiance, 0.75 * radiance];
     emitter(&light_text(colour, corners))
 }
 
-/// The room of Shirley and Wang, with 2 or 32 triangular luminaires on the ceiling over a ball and
-/// a block. The 32 luminaires have different radiance.
+/// Returns the text of the room of Shirley and Wang, with 2 or 32 triangular luminaires on the
+/// ceiling over a ball and a block. The 32 luminaires have different radiance.
 pub(crate) fn room(count: u32) -> String {
     let block = diffuse(
         [0.6; 3],
@@ -48,7 +49,7 @@ pub(crate) fn room(count: u32) -> String {
     text
 }
 
-/// A floor and a block next to a spherical light.
+/// Returns the text of a scene: a floor and a block next to a spherical light.
 pub(crate) fn shining_ball() -> String {
     let floor = Mesh::polygon(&facing_up([-3.0; 2], [3.0; 2], 0.0));
     let block = Mesh::block([0.6, 0.0, -0.9], [0.9, 1.1, 0.3], 0.3);

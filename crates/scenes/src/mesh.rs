@@ -9,25 +9,25 @@ use std::fmt::Write as _;
 pub(super) struct Mesh {
     /// The positions of the vertices.
     pub(super) points: Vec<[f64; 3]>,
-    /// The vertices of each triangle.
+    /// For each triangle, the indices of its three vertices in `points`.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 impl Mesh {
-    /// Adds a vertex, and returns its number.
+    /// Adds a vertex, and returns its index.
     fn vertex(&mut self, p: [f64; 3]) -> u32 {
         self.points.push(p);
         u32::try_from(self.points.len() - 1).unwrap_or(u32::MAX)
     }
 
-    /// The mesh of one convex polygon.
+    /// Creates the mesh of one convex polygon.
     pub(super) fn polygon(corners: &[[f64; 3]]) -> Self {
         let mut mesh = Self::default();
         mesh.fan(corners);
         mesh
     }
 
-    /// The mesh of one box, as [`Mesh::cuboid`] adds it.
+    /// Creates the mesh of one box, as [`Mesh::cuboid`] adds it.
     pub(super) fn block(lo: [f64; 3], hi: [f64; 3], angle: f64) -> Self {
         let mut mesh = Self::default();
         mesh.cuboid(lo, hi, angle);
@@ -79,8 +79,8 @@ impl Mesh {
     }
 
     /// Adds a parametrised surface as a grid of `rows × columns` cells. `at` returns the position
-    /// for parameters from 0 to 1 along the rows and the columns; `wraps` says that the last column
-    /// joins the first.
+    /// for parameters from 0 to 1 along the rows and the columns; `wraps` says whether the last
+    /// column of cells ends at the first column of vertices.
     pub(super) fn surface(
         &mut self,
         [rows, columns]: [u32; 2],
@@ -109,7 +109,7 @@ impl Mesh {
         }
     }
 
-    /// The mesh as a pbrt `trianglemesh`.
+    /// Returns the mesh as a pbrt `trianglemesh`.
     pub(super) fn text(&self) -> String {
         let mut out = String::from("Shape \"trianglemesh\" \"integer indices\" [");
         for [a, b, c] in &self.triangles {
@@ -124,7 +124,7 @@ impl Mesh {
         out
     }
 
-    /// The mesh as a binary little-endian PLY file.
+    /// Returns the mesh as a binary little-endian PLY file.
     pub(super) fn ply(&self) -> Vec<u8> {
         let mut out = format!(
             "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -146,8 +146,8 @@ impl Mesh {
     }
 }
 
-/// A coordinate with five decimals. Mathematical libraries may differ in the last digit of a sine,
-/// but files must not.
+/// Rounds a coordinate to five decimals. Mathematical libraries may differ in the last digit of a
+/// sine, but files must not.
 pub(super) fn rounded(v: f64) -> f64 {
     let r = (v * 1e5).round() / 1e5;
     if r == 0.0 { 0.0 } else { r }
@@ -159,12 +159,12 @@ pub(super) fn rounded(v: f64) -> f64 {
 pub(super) struct Random(u64);
 
 impl Random {
-    /// The generator for a seed.
+    /// Creates the generator for a seed.
     pub(super) const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// The next number, uniform between `lo` and `hi`.
+    /// Returns the next number, uniform between `lo` and `hi`.
     pub(super) fn between(&mut self, lo: f64, hi: f64) -> f64 {
         self.0 = self
             .0

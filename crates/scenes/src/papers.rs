@@ -13,52 +13,52 @@ const HORIZON: &str = include_str!("papers/horizon.pbrt");
 /// A floor with Frostbite's standard material, under a long linear light.
 const FLOOR: &str = include_str!("papers/floor.pbrt");
 
-/// A scene of one file.
+/// Returns a scene of one file.
 fn file(name: &str, text: impl Into<String>) -> Files {
     vec![(format!("{name}.pbrt"), text.into().into_bytes())]
 }
 
-/// A diffuse floor under a light.
+/// Returns the files of a scene: a diffuse floor under a light.
 pub(crate) fn bare() -> Files {
     file("bare", BARE)
 }
 
-/// The floor with a screen below the light.
+/// Returns the files of a scene: the floor with a screen below the light.
 pub(crate) fn screened() -> Files {
     file("screened", [BARE, SCREEN].concat())
 }
 
-/// The floor with a second light that is hidden.
+/// Returns the files of a scene: the floor with a second light that is hidden.
 pub(crate) fn hidden() -> Files {
     file("hidden", [BARE, HIDDEN].concat())
 }
 
-/// A floor under a linear light that goes through its horizon.
+/// Returns the files of a scene: a floor under a linear light that goes through its horizon.
 pub(crate) fn horizon() -> Files {
     file("horizon", HORIZON)
 }
 
-/// A glossy floor under a linear light.
+/// Returns the files of a scene: a glossy floor under a linear light.
 pub(crate) fn wet() -> Files {
     file("wet", FLOOR.replace("ROUGHNESS", "0.22"))
 }
 
-/// A rough floor under a linear light.
+/// Returns the files of a scene: a rough floor under a linear light.
 pub(crate) fn dry() -> Files {
     file("dry", FLOOR.replace("ROUGHNESS", "0.6"))
 }
 
-/// The room with 2 luminaires.
+/// Returns the files of a scene: the room with 2 luminaires.
 pub(crate) fn luminaires_2() -> Files {
     file("luminaires-2", luminaires::room(2))
 }
 
-/// The room with 32 luminaires.
+/// Returns the files of a scene: the room with 32 luminaires.
 pub(crate) fn luminaires_32() -> Files {
     file("luminaires-32", luminaires::room(32))
 }
 
-/// A floor next to a spherical light.
+/// Returns the files of a scene: a floor next to a spherical light.
 pub(crate) fn shining_ball() -> Files {
     file("shining-ball", luminaires::shining_ball())
 }

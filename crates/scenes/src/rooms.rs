@@ -17,8 +17,8 @@ const GREEN: [f64; 3] = [0.14, 0.45, 0.091];
 pub(super) const BOX_CAMERA: &str =
     "LookAt 0.031 1.017 -4.4  0.013 1.007 0  0 1 0\nCamera \"perspective\" \"float fov\" [ 33 ]";
 
-/// The walls of a room with x and z from −1 to 1 and y from 0 to 2, which is open to the camera.
-/// Floor, ceiling and back wall are white, and the side walls red and green.
+/// Returns, as pbrt text, the walls of a room with x and z from −1 to 1 and y from 0 to 2, which is
+/// open to the camera. Floor, ceiling and back wall are white, and the side walls red and green.
 pub(super) fn walls() -> String {
     let mut white = Mesh::polygon(&facing_up([-1.0; 2], [1.0; 2], 0.0));
     white.fan(&facing_down([0.0, 2.0, 0.0], [1.0, 1.0]));
@@ -43,7 +43,8 @@ pub(super) fn walls() -> String {
     diffuse(WHITE, &white) + &diffuse(RED, &red) + &diffuse(GREEN, &green)
 }
 
-/// A room with two blocks and a light just below the ceiling, in three variants.
+/// Returns the files of a scene: a room with two blocks and a light just below the ceiling, in
+/// three variants.
 pub(super) fn cornell_box() -> Files {
     // Make the variants with a small and a large light.
     let mut blocks = Mesh::default();
@@ -66,7 +67,7 @@ pub(super) fn cornell_box() -> Files {
     files
 }
 
-/// Two crossed grids of bars over a plane.
+/// Returns the files of a scene: two crossed grids of bars over a plane.
 pub(super) fn grid_planes() -> Files {
     let floor = Mesh::polygon(&facing_up([-4.0; 2], [4.0; 2], 0.0));
     let mut bars = Mesh::default();
@@ -107,7 +108,8 @@ fn grid(mesh: &mut Mesh, height: f64, count: u32, turn: f64) {
     }
 }
 
-/// A thousand small triangles that float in a room, under a triangular light.
+/// Returns the files of a scene: a thousand small triangles that float in a room, under a
+/// triangular light.
 pub(super) fn triangle_soup() -> Files {
     // Make triangles around random centres.
     let mut random = Random::new(2016);

@@ -6,7 +6,8 @@ use super::{Files, facing_down, facing_up, light_text, text};
 use linelit_elementary::{cos, sin};
 use std::collections::BTreeMap;
 
-/// The spheres: x, z and the height y of the centre, and the radius.
+/// The spheres of the scene. The numbers of each are x, z and the height y of its centre, and its
+/// radius.
 const SPHERES: [[f64; 4]; 6] = [
     [-1.15, 0.55, 0.62, 0.42],
     [0.05, 0.85, 0.75, 0.5],
@@ -16,13 +17,14 @@ const SPHERES: [[f64; 4]; 6] = [
     [1.05, -0.75, 0.4, 0.28],
 ];
 
-/// The number of triangles of a geodesic sphere, for an icosahedron whose edges are divided into
-/// `parts`.
+/// Returns the number of triangles of a geodesic sphere, for an icosahedron whose edges are divided
+/// into `parts`.
 const fn triangles_of(parts: u32) -> u32 {
     20 * parts * parts
 }
 
-/// Six bumpy spheres over a floor under one light, with 120 `parts`² triangles in all.
+/// Returns the files of a scene: six bumpy spheres over a floor under one light, with 120 `parts`²
+/// triangles in all.
 pub(super) fn spheres(name: &str, parts: u32) -> Files {
     let [red, green, blue] = [[0.6, 0.35, 0.3], [0.35, 0.55, 0.35], [0.35, 0.4, 0.6]];
     // Make the floor, and a PLY file for each sphere.
@@ -64,8 +66,8 @@ pub(super) fn spheres(name: &str, parts: u32) -> Files {
     files
 }
 
-/// The point of a bumpy sphere for a point of the unit sphere; `k` is the number of the sphere,
-/// which has bumps of its own.
+/// Returns the point of a bumpy sphere for a point of the unit sphere; `k` is the index of the
+/// sphere, since each sphere has its own bumps.
 fn bumpy([x, y, z]: [f64; 3], centre: [f64; 3], radius: f64, k: usize) -> [f64; 3] {
     let phase = [0.0, 1.1, 2.3, 3.1, 4.2, 5.3][k % 6];
     let waves = sin(7.0 * x + phase) * cos(6.0 * y - phase) + sin(8.0 * z + phase);
@@ -73,8 +75,8 @@ fn bumpy([x, y, z]: [f64; 3], centre: [f64; 3], radius: f64, k: usize) -> [f64; 
     [centre[0] + r * x, centre[1] + r * y, centre[2] + r * z]
 }
 
-/// A geodesic sphere: an icosahedron, each of whose faces is divided into `parts`² triangles,
-/// projected to the unit sphere. The mesh is closed, and neighbours share their corners.
+/// Returns a geodesic sphere: an icosahedron, each of whose faces is divided into `parts`²
+/// triangles, projected to the unit sphere. The mesh is closed, and neighbours share their corners.
 ///
 /// ```text
 ///          c            A point of the face a b c is a sum of its corners with whole weights whose
@@ -141,8 +143,9 @@ fn geodesic(parts: u32) -> Mesh {
     mesh
 }
 
-/// The faces of an icosahedron with edges of length 2, counter-clockwise as seen from outside: all
-/// triples of corners whose distances from each other are 2.
+/// Returns the faces of an icosahedron with edges of length 2, as indices of `corners`,
+/// counter-clockwise as seen from outside: all triples of corners whose distances from each other
+/// are 2.
 fn faces(corners: &[[f64; 3]]) -> Vec<[usize; 3]> {
     let apart = |a: usize, b: usize| {
         let d = [0, 1, 2].map(|k| corners[a][k] - corners[b][k]);

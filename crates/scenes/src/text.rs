@@ -3,8 +3,8 @@
 use crate::Files;
 use crate::mesh::Mesh;
 
-/// The files of a scene with two variants, a small and a large light: a main file for each, and the
-/// geometry that both include.
+/// Returns the files of a scene with two variants, a small and a large light: a main file for each,
+/// and the geometry that both include.
 pub(crate) fn main_files(
     name: &str,
     about: &str,
@@ -20,7 +20,7 @@ pub(crate) fn main_files(
     ]
 }
 
-/// The main file of one variant of a scene, whose geometry is in a file of its own.
+/// Returns the main file of one variant of a scene, whose geometry is in a file of its own.
 pub(crate) fn main_file(
     name: &str,
     kind: &str,
@@ -39,14 +39,14 @@ pub(crate) fn main_file(
     (format!("{name}-{kind}.pbrt"), text.into_bytes())
 }
 
-/// The shape `light` with a black material.
+/// Returns the pbrt text of the shape `light` (itself pbrt text) with a black material.
 pub(crate) fn emitter(light: &str) -> String {
     format!(
         "AttributeBegin\nMaterial \"diffuse\" \"rgb reflectance\" [ 0 0 0 ]\n{light}\nAttributeEnd\n"
     )
 }
 
-/// A linear light between two points; `strength` is radiance times radius.
+/// Returns the pbrt text of a linear light between two points; `strength` is radiance times radius.
 pub(crate) fn line_text(strength: [f64; 3], [a, b]: [[f64; 3]; 2]) -> String {
     let [r, g, bl] = strength;
     let at = |p: [f64; 3]| format!("[ {} {} {} ]", p[0], p[1], p[2]);
@@ -57,7 +57,7 @@ pub(crate) fn line_text(strength: [f64; 3], [a, b]: [[f64; 3]; 2]) -> String {
     )
 }
 
-/// An area light over a convex polygon, as a fan of triangles.
+/// Returns the pbrt text of an area light over a convex polygon, as a fan of triangles.
 pub(crate) fn light_text(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     let [r, g, b] = radiance;
     format!(
@@ -66,7 +66,7 @@ pub(crate) fn light_text(radiance: [f64; 3], corners: &[[f64; 3]]) -> String {
     )
 }
 
-/// A diffuse mesh.
+/// Returns the pbrt text of a diffuse mesh.
 pub(crate) fn diffuse(reflectance: [f64; 3], mesh: &Mesh) -> String {
     let [r, g, b] = reflectance;
     format!(
@@ -75,7 +75,7 @@ pub(crate) fn diffuse(reflectance: [f64; 3], mesh: &Mesh) -> String {
     )
 }
 
-/// A mesh with a diffuse reflectance and a Phong lobe, linelit's own material.
+/// Returns the text of a mesh with a diffuse reflectance and a Phong lobe, linelit's own material.
 pub(crate) fn phong(reflectance: [f64; 3], specular: f64, exponent: f64, mesh: &Mesh) -> String {
     let [r, g, b] = reflectance;
     format!(
@@ -84,13 +84,14 @@ pub(crate) fn phong(reflectance: [f64; 3], specular: f64, exponent: f64, mesh: &
     )
 }
 
-/// A horizontal rectangle that faces up, between two corners in x and z.
+/// Returns the corners of a horizontal rectangle that faces up, between two corners in x and z.
 pub(crate) fn facing_up(low: [f64; 2], high: [f64; 2], y: f64) -> [[f64; 3]; 4] {
     let ([a, b], [c, d]) = (low, high);
     [[a, y, b], [a, y, d], [c, y, d], [c, y, b]]
 }
 
-/// A horizontal rectangle that faces down, with the half sizes in x and z about a centre.
+/// Returns the corners of a horizontal rectangle that faces down, with the half sizes in x and z
+/// about a centre.
 pub(crate) fn facing_down(centre: [f64; 3], half: [f64; 2]) -> [[f64; 3]; 4] {
     let [x, y, z] = centre;
     let [a, b] = half;

@@ -14,10 +14,11 @@ pub struct VisibilityScene {
     pub name: String,
     /// The positions of the vertices.
     pub positions: Vec<[f32; 3]>,
-    /// The vertices of each triangle; the triangles of lights are among them.
+    /// For each triangle, the indices of its vertices in `positions`; the triangles of lights are
+    /// among them.
     pub triangles: Vec<[u32; 3]>,
     /// The corners of each polygonal light under two names: `L` is the light, and `S` the light
-    /// scaled by a tenth about its middle. The names of lights after the first have a number.
+    /// scaled by a tenth about its centroid. The names of lights after the first have a number.
     pub lights: Vec<(String, Vec<DVec3>)>,
     camera: Camera,
 }
@@ -43,8 +44,8 @@ impl VisibilityScene {
         })
     }
 
-    /// The origin and the unit direction of the camera's ray through the middle of each pixel, row
-    /// by row.
+    /// Returns the origin and the unit direction of the camera's ray through the centre of each
+    /// pixel, row by row.
     #[must_use]
     pub fn view(&self, width: u32, height: u32) -> Vec<[DVec3; 2]> {
         let mut camera = self.camera.clone();
@@ -58,7 +59,7 @@ impl VisibilityScene {
     }
 }
 
-/// The corners of each polygonal light, for [`VisibilityScene::lights`].
+/// Returns the corners of each polygonal light, for [`VisibilityScene::lights`].
 fn lights(scene: &SceneDescription) -> Vec<(String, Vec<DVec3>)> {
     let areas = scene.lights.iter().filter_map(|light| match &*light.light {
         Light::Area(area) => Some(area.polygon.vertices()),
@@ -76,9 +77,9 @@ fn lights(scene: &SceneDescription) -> Vec<(String, Vec<DVec3>)> {
     lights
 }
 
-/// Stratified lines across a light, which is given by its corners. They are parallel to the side
-/// from the first corner to the last, and end at the outline of a parallelogram or a triangle; on
-/// other polygons they may reach beyond it. For a linear light, given by its two ends, all lines
+/// Returns stratified lines across a light, which is given by its corners. They are parallel to the
+/// side from the first corner to the last, and end at the outline of a parallelogram or a triangle;
+/// on other polygons they may reach beyond it. For a linear light, given by its two ends, all lines
 /// are the light itself. `jitter` returns random numbers in [0, 1).
 #[must_use]
 pub fn stratified_lines(

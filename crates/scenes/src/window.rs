@@ -7,7 +7,8 @@ use super::{Files, diffuse, gloss};
 /// The number of pixels of the view, across and down.
 const VIEW: [u16; 2] = [64, 48];
 
-/// The room of the Cornell box, lit through a window in its left wall.
+/// Returns the files of a scene: the room of the Cornell box, lit through a window in its left
+/// wall.
 pub(super) fn window() -> Files {
     let mut blinds = Mesh::default();
     for k in 0..4u8 {
@@ -29,9 +30,9 @@ pub(super) fn window() -> Files {
     vec![main, ("window.tga".to_owned(), tga(VIEW, view))]
 }
 
-/// The colour of a pixel of the view, with row 0 at the top: a low sun in a dusky sky over dark
-/// hills, and a frame with a cross of bars. The sun is a hundredth of the image, and more than half
-/// of its light.
+/// Returns the colour of the pixel in column `i` and row `j` of the view, with row 0 at the top: a
+/// low sun in a dusky sky over dark hills, and a frame with a cross of bars. The sun is a hundredth
+/// of the image, and more than half of its light.
 fn view(i: u16, j: u16) -> [u8; 3] {
     let [width, height] = VIEW;
     let (x, y) = (i32::from(i), i32::from(j));
@@ -53,7 +54,7 @@ fn view(i: u16, j: u16) -> [u8; 3] {
     }
 }
 
-/// An uncompressed TGA file with 24 bits for each pixel, the top row first.
+/// Returns the bytes of an uncompressed TGA file with 24 bits for each pixel, the top row first.
 pub(super) fn tga([width, height]: [u16; 2], pixel: impl Fn(u16, u16) -> [u8; 3]) -> Vec<u8> {
     let mut out = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     out.extend(width.to_le_bytes());

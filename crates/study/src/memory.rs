@@ -10,7 +10,7 @@ use std::fs;
 /// memory, all work is accepted.
 ///
 /// # Errors
-/// If `bytes` are not available.
+/// If fewer than `bytes` bytes are available. `what` names the work in the message.
 pub fn check(what: &str, bytes: u64) -> Result<()> {
     match available() {
         Some(there) if bytes > there => bail!(
@@ -35,7 +35,8 @@ fn system() -> Option<u64> {
     kib(&fs::read_to_string("/proc/meminfo").ok()?, "MemAvailable:").map(|n| n << 10)
 }
 
-/// The addresses, in bytes, that glibc's allocator reserves for each thread.
+/// The size of the address range, in bytes, that glibc's allocator reserves for each thread. It
+/// counts against a limit on the address space, although most of it is never used.
 #[cfg(unix)]
 const ADDRESSES_OF_THREAD: u64 = 64 << 20;
 
@@ -83,7 +84,7 @@ const BYTES_PER_PIXEL: u64 = 24;
 /// that are needed in addition to the picture's own.
 ///
 /// # Errors
-/// If the memory for it is not available.
+/// If the memory for the picture is not available.
 pub fn check_picture(window: Tile, beside: u64) -> Result<()> {
     let (width, height) = (window.width(), window.height());
     let pixels = u64::from(width).saturating_mul(height.into());

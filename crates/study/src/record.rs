@@ -25,7 +25,7 @@ pub struct PaperOrder {
 }
 
 impl StudyRecord {
-    /// Creates a record without results. It states what made it: linelit's version and commit, the
+    /// Creates a record without results. The record states linelit's version and commit, the
     /// processor and the number of threads.
     #[must_use]
     pub fn new(title: &str) -> Self {
@@ -92,8 +92,9 @@ impl StudyRecord {
         found.into_iter().map(|(name, _)| name).collect()
     }
 
-    /// Returns the record with the times on one processor only. The times on others become unknown,
-    /// since times on different processors are not compared.
+    /// Returns a copy of the record with the times that were measured on `processor` only. Times
+    /// that were measured on other processors become unknown, since times on different processors
+    /// are not compared.
     #[must_use]
     pub fn timed_on(&self, processor: &str) -> Self {
         let mut record = self.clone();
@@ -103,8 +104,8 @@ impl StudyRecord {
         record
     }
 
-    /// Returns the least time in which the scene, estimator and sampler of a row reach this root
-    /// mean squared error.
+    /// Returns the least time in which the scene, estimator and sampler of the row `of` reach this
+    /// root mean squared error.
     pub(crate) fn time_to(&self, of: &ResultRow, error: f64) -> Option<f64> {
         let own = self.rows.iter().filter(|r| {
             (&r.scene, &r.estimator, &r.sampler) == (&of.scene, &of.estimator, &of.sampler)
@@ -137,9 +138,10 @@ impl StudyRecord {
 }
 
 impl ResultRow {
-    /// Returns the bias over its standard error, and the probability that it is at least as large
-    /// without a bias. The probability is Student's, because the standard error is itself estimated
-    /// from few trials.
+    /// Returns the measured bias over its standard error, and the probability that a measured bias
+    /// is at least as large where there is no true bias. The result is `None` if there is only one
+    /// trial, or if the standard error is not known. The probability is Student's, because the
+    /// standard error is itself estimated from few trials.
     pub(crate) fn bias_test(&self) -> Option<[f64; 2]> {
         if self.bias.abs() <= 0.0 {
             return Some([0.0, 1.0]);

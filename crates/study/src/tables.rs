@@ -85,8 +85,8 @@ pub(crate) enum Family {
 }
 
 impl ResultRow {
-    /// Returns whether trials differ only by rounding: any remaining error is the reference's, or
-    /// bias.
+    /// Returns whether the trials of this row differ only by rounding, so that any remaining error
+    /// is the reference's, or bias.
     #[must_use]
     pub fn is_noiseless(&self) -> bool {
         self.trials > 1 && self.variance <= 0.0
@@ -109,7 +109,7 @@ impl ResultRow {
     }
 
     /// Returns whether the error is known, that is, positive and at least its standard error. A
-    /// smaller one says more about the reference than about the estimator: without the correction
+    /// smaller error says more about the reference than about the estimator: without the correction
     /// for the reference's error, no mean of squares is below its standard error.
     pub(crate) fn is_known(&self) -> bool {
         self.mse > 0.0 && !(self.mse < self.mse_stderr)
@@ -149,12 +149,12 @@ pub struct SlopeRow {
     /// The order that a paper reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_order: Option<f64>,
-    /// The figure or table of that paper (JSON only).
+    /// The figure or table of the paper that reports `paper_order` (JSON only).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paper_source: Option<String>,
 }
 
-/// The size, set-up times and reference of a scene.
+/// The size, set-up times and reference of a scene of the study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SceneRecord {
     /// The short name.

@@ -51,7 +51,7 @@ struct Spoiling {
     command: String,
     /// Whether the command prints claims, whose verdicts have to change.
     judges: bool,
-    /// Whether it belongs to the paragraph before, and is spoiled with it.
+    /// Whether this spoiling belongs to the paragraph before, and is applied together with it.
     continues: bool,
     file: String,
     name: String,

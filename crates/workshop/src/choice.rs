@@ -1,9 +1,10 @@
 //! `bench choice`: whether `hybrid` is the best choice, by error × time over all other methods.
 //!
-//! A few pixels of each scene are estimated by all methods at each number of samples, twice; those
-//! that come near the best of a cell again and again. The time of a pixel is that of the camera
-//! ray and the light, plus its share of what the method prepares in a picture of the scene's own
-//! resolution.
+//! A few pixels of each scene are estimated by all methods at each number of samples, twice;
+//! methods whose error × time is near the best of a cell (a scene at a number of samples) are
+//! measured again and again. The time of a pixel is the time of its camera ray and its light, plus
+//! the time that the method takes to prepare the scene, divided by the number of pixels of a
+//! picture of the scene's own resolution.
 
 use crate::args::ChoiceArgs;
 use crate::equal_time::{Curve, reference, settings};
@@ -22,26 +23,34 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Errors below this count as this: mean squared errors over the mean square of the reference.
+/// The least error in products of error × time; smaller errors are replaced by this number. Errors
+/// are mean squared errors over the mean square of the reference.
 const LEAST_ERROR: f64 = 1e-8;
-/// The error of a method without noise: rounding.
+/// The error, relative to the mean square of the reference, below which a method counts as one
+/// without noise: the error is then only rounding.
 const NO_NOISE: f64 = 1e-20;
-/// A method without noise is a rival up to this multiple of the time of `hybrid`.
+/// The largest time of a method without noise, as a multiple of the time of `hybrid`, up to which
+/// it counts as a rival. A ratio of `hybrid` to its rival up to this number counts as good.
 const PATIENCE: f64 = 1.25;
-/// Methods within this factor of the best of a cell, measured twice, are measured again.
+/// The factor within which a method's error × time must be of the best of a cell, according to two
+/// measurements, so that the method is measured again.
 const NEAR: f64 = 2.0;
-/// The error that a reference may add to the error measured by it, as a fraction of that.
+/// The largest error of a reference, as a fraction of the errors that are measured by it; cells
+/// with a larger error are marked as rough.
 const REFERENCE: f64 = 0.1;
-/// The method that is judged, and the two that its time is held to.
+/// The method that is judged.
 const HYBRID: &str = "hybrid";
+/// The method by lines whose time the time of `hybrid` is compared with.
 const LINES: &str = "line-analytic";
+/// The method by points whose time the time of `hybrid` is compared with.
 const POINTS: &str = "point-area[visibility=shaft]";
-/// Seeds of the pictures whose errors are compared with an older program's.
+/// The number of pictures, with different seeds, over which errors are averaged for the comparison
+/// with an older program.
 const PICTURES: u64 = 4;
-/// Renders in turns with it.
+/// The number of times that each program renders a picture, in turns, for the comparison of times.
 const RUNS: u32 = 3;
 
-/// The pixels of a small picture as integrals.
+/// The problem that is measured: the pixels of a small picture, as integrals.
 struct Pixels<'r> {
     renderer: &'r Renderer<'r>,
     size: [u32; 2],
@@ -80,24 +89,27 @@ impl Problem for Pixels<'_> {
 struct Cell {
     scene: String,
     samples: u32,
-    /// Error × time of `hybrid` over the least of the others'.
+    /// The error × time of `hybrid`, divided by the least error × time of the other methods.
     ratio: f64,
-    /// The method that has the least.
+    /// The method with the least error × time of the others, the rival.
     rival: String,
-    /// Microseconds a pixel and errors of `hybrid` and its rival.
+    /// The time of a pixel in microseconds, by `hybrid` and by its rival.
     us_pixel: [f64; 2],
+    /// The mean squared error over the mean square of the reference, by `hybrid` and by its rival.
     mse: [f64; 2],
-    /// Time of `hybrid` over the lesser of lines' and shaft points'.
+    /// The time of `hybrid`, divided by the lesser of the times of lines and of points in a shaft.
     time_ratio: f64,
-    /// Error × time of `hybrid` over an older program's.
+    /// The error × time of `hybrid`, divided by the error × time of an older program's `hybrid`, if
+    /// there is one to compare with.
     against: Option<f64>,
-    /// Whether the reference adds too much to the errors measured by it.
+    /// Whether the error of the reference is more than [`REFERENCE`] of the errors measured by it.
     is_rough: bool,
 }
 
 /// Judges all scenes and prints the cells.
 pub(crate) fn run(args: &ChoiceArgs, out: &mut Output) -> Result<()> {
     let programs = args.against.as_deref().map(Programs::new).transpose()?;
+    // Judge the scenes, and print their cells as they come.
     let names: Vec<_> = match args.scenes.is_empty() {
         true => BuiltIn::ALL.iter().map(|scene| scene.name).collect(),
         false => args.scenes.iter().map(String::as_str).collect(),
@@ -117,6 +129,7 @@ pub(crate) fn run(args: &ChoiceArgs, out: &mut Output) -> Result<()> {
         }
         cells.extend(found);
     }
+    // Print all cells as JSON, or how good the ratios are.
     let (date, processor) = (said(&["date", "+%F"]), processor());
     if args.json {
         let all = json!({"date": date, "processor": processor, "cells": cells});
@@ -141,7 +154,7 @@ pub(crate) fn run(args: &ChoiceArgs, out: &mut Output) -> Result<()> {
     Ok(writeln!(out, "{date}, {processor}, one thread")?)
 }
 
-/// Prints how many ratios are good, their mean and the largest.
+/// Prints how many ratios are at most [`PATIENCE`], and their geometric mean and maximum.
 fn summary(what: &str, ratios: impl Iterator<Item = f64>, out: &mut Output) -> Result<()> {
     let ratios: Vec<_> = ratios.collect();
     if ratios.is_empty() {
@@ -181,7 +194,8 @@ fn print(cell: &Cell, out: &mut Output) -> Result<()> {
     )?)
 }
 
-/// All methods that the program lists; points by rays, and in shafts where they go there.
+/// Returns all methods that the program lists. Methods by points are in the list twice: with
+/// visibility by rays, and by shafts where that is possible.
 fn methods() -> Vec<Estimator> {
     let of = |technique: Technique| {
         let name = technique.name();
@@ -222,7 +236,8 @@ fn judge(name: &str, args: &ChoiceArgs, programs: Option<&Programs>) -> Result<V
         curves = contest(&pixels, &what);
         entries = near(&curves, &args.samples.0);
     }
-    // Add what they prepare, beyond the least that any of them does.
+    // Add the time that each method takes to prepare the scene, beyond the least of all methods, to
+    // the time of a pixel.
     let mut prepared: BTreeMap<String, f64> = BTreeMap::new();
     for curve in &curves {
         let estimator = &curve.settings.estimator;
@@ -253,7 +268,8 @@ fn judge(name: &str, args: &ChoiceArgs, programs: Option<&Programs>) -> Result<V
     Ok(cells)
 }
 
-/// The least seconds that a renderer of an estimator takes to build.
+/// Returns the time, in seconds, that building a renderer for an estimator takes: the least of
+/// three measurements.
 fn preparing(scene: &SceneDescription, estimator: &Estimator) -> f64 {
     let seconds = |_| {
         let clock = CpuClock::start();
@@ -265,7 +281,8 @@ fn preparing(scene: &SceneDescription, estimator: &Estimator) -> f64 {
     (0..3).map(seconds).fold(f64::INFINITY, f64::min)
 }
 
-/// The point of each curve at a number of samples.
+/// Returns, for each curve that was measured at this number of samples, the name of its estimator
+/// and its point there.
 fn at(curves: &[Curve], samples: u32) -> impl Iterator<Item = (String, &ContestPoint)> {
     curves.iter().filter_map(move |curve| {
         let point = curve.points.iter().find(|p| p.samples == samples)?;
@@ -277,7 +294,8 @@ fn product(point: &ContestPoint) -> f64 {
     point.mse.max(LEAST_ERROR) * point.time
 }
 
-/// `hybrid` at a number of samples, and its rivals.
+/// Returns the measurement of `hybrid` at a number of samples, and its rivals with their names: all
+/// other methods, except those without noise that take much longer.
 fn rivals(curves: &[Curve], samples: u32) -> Result<(&ContestPoint, Vec<(String, &ContestPoint)>)> {
     let (_, hybrid) = at(curves, samples)
         .find(|(name, _)| name == HYBRID)
@@ -289,8 +307,9 @@ fn rivals(curves: &[Curve], samples: u32) -> Result<(&ContestPoint, Vec<(String,
     Ok((hybrid, at(curves, samples).filter(is_rival).collect()))
 }
 
-/// The methods that are measured again, each at the numbers of samples where it is near the best
-/// of those with noise, or has none and takes hardly longer than `hybrid`.
+/// Returns the methods that are measured again, each with the numbers of samples at which it is. A
+/// method with noise is measured again where its error × time is within [`NEAR`] of the best, and a
+/// method without noise where its time is within [`NEAR`] of the time of `hybrid`.
 fn near(curves: &[Curve], counts: &[u32]) -> Vec<(Settings, Vec<u32>)> {
     let point = |name: &str, samples| Some(at(curves, samples).find(|(of, _)| of == name)?.1);
     let is_near = |name: &str, samples: u32| {
@@ -312,7 +331,8 @@ fn near(curves: &[Curve], counts: &[u32]) -> Vec<(Settings, Vec<u32>)> {
     entries.filter(|(_, counts)| !counts.is_empty()).collect()
 }
 
-/// Judges `hybrid` at a number of samples, by errors against a reference of a known error.
+/// Judges `hybrid` at a number of samples. `rough` is the relative mean squared error of the
+/// reference.
 fn cell(curves: &[Curve], samples: u32, rough: f64) -> Result<Cell> {
     let (hybrid, rivals) = rivals(curves, samples)?;
     let best = rivals
@@ -337,8 +357,8 @@ fn cell(curves: &[Curve], samples: u32, rough: f64) -> Result<Cell> {
     })
 }
 
-/// Error × time of this tree's `hybrid` over an older program's: errors from small pictures, times
-/// from large ones.
+/// Returns the error × time of this tree's `hybrid`, divided by the error × time of an older
+/// program's. Errors are measured on small pictures, times on large ones.
 fn compare(
     programs: &Programs,
     pixels: &Pixels<'_>,
@@ -352,6 +372,7 @@ fn compare(
         size: pixels.size,
         seed: 0,
     };
+    // Average the errors of small pictures with several seeds.
     let power: f64 = truth.iter().map(|v| v.length_squared()).sum();
     let mut errors = [0.0; 2];
     for (program, error) in errors.iter_mut().enumerate() {
@@ -365,6 +386,7 @@ fn compare(
             *error += squares.sum::<f64>() / (power * PICTURES as f64);
         }
     }
+    // Time both programs, and compare error × time.
     let [own, other] = programs.in_turns(&job, RUNS)?;
     Ok(errors[0].max(LEAST_ERROR) / errors[1].max(LEAST_ERROR) * own / other)
 }

@@ -130,7 +130,8 @@ pub(crate) fn settings(estimator: Estimator) -> Settings {
     }
 }
 
-/// What references are computed by: closed forms, lines and points, of textured lights too.
+/// The estimators by which references are computed; each scene uses the one with the least noise
+/// for its time. Some of them are for textured lights.
 const TRUE: [&str; 6] = [
     "exact",
     "line-analytic",
@@ -140,20 +141,24 @@ const TRUE: [&str; 6] = [
     "point-texture",
 ];
 
-/// The integrals as the method gives them that has the least noise for its time, and the mean
-/// square of their errors over their mean square: zero where nothing is sampled.
+/// Returns a reference of all integrals, computed by the method that has the least noise for its
+/// time, and the mean squared error of this reference over its mean square. The error is zero where
+/// the method has no noise.
 pub(crate) fn reference<P>(problem: &P) -> (Vec<DVec3>, f64)
 where
     P: Problem<Settings = Settings, Workspace = Workspace>,
 {
-    /// Far from the seed of any round.
+    /// The first seed of the reference's trials, which no round of a measurement uses.
     const SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
-    /// Samples of a trial and of the choice, and each how many integrals that looks at.
+    /// The number of samples of each estimate in a trial.
     const SAMPLES: u32 = 1024;
+    /// The number of samples of each estimate by which the method is chosen.
     const FEW: u32 = 64;
+    /// The method is chosen by every `STEP`-th integral.
     const STEP: usize = 16;
-    /// Trials, at most; no more after as many seconds.
+    /// The largest number of trials whose mean is the reference.
     const TRIALS: usize = 16;
+    /// The processor seconds after which no further trial is begun.
     const SECONDS: f64 = 10.0;
     let mut workspace = Workspace::new();
     let mut trial = |settings: &Settings, samples: u32, trial: u64, step: usize| -> Vec<DVec3> {
@@ -177,7 +182,8 @@ where
             best = (score, settings);
         }
     }
-    // Add up its trials, and find the variance of their mean from their scatter.
+    // Average the trials of the best method, and find the variance of their mean from their
+    // scatter.
     let clock = CpuClock::start();
     let mut trials: Vec<Vec<DVec3>> = Vec::new();
     while trials.len() < 2 || (trials.len() < TRIALS && clock.seconds() < SECONDS) {

@@ -22,8 +22,8 @@ const SCENES: [(&str, &str); 6] = [
     ("colonnade-large", "a quarter of a million triangles, dense"),
 ];
 
-/// The columns, each with the estimators of which the best counts. Points come first, without and
-/// with a shaft.
+/// The columns of the table, each with its estimators, the best of which counts. Points come first,
+/// without and with a shaft.
 const COLUMNS: [(&str, &[&str]); 5] = [
     ("shadow rays", &["point-area", "point-solid-angle"]),
     (
@@ -38,7 +38,7 @@ const COLUMNS: [(&str, &[&str]); 5] = [
     ("`exact`", &["exact"]),
 ];
 
-/// Measures, and writes the page.
+/// Measures all scenes by all methods, and writes the page.
 pub(crate) fn run(args: &FiguresArgs, out: &mut Output) -> Result<()> {
     let mut page = format!(
         "# The figures of README\n\nWritten by `cargo xtask figures` on {}, at commit {}, on {}: one thread, 32 × 24 \

@@ -33,7 +33,8 @@ const MAX_TRIANGLES: usize = 2 << 20;
 const MAX_KIB: u64 = 1 << 20;
 /// The ticks per second in `/proc/PID/stat`: 100 on all usual platforms of Linux.
 const TICKS: f64 = 100.0;
-/// The factor by which a process may exceed the limit in wall time, as it may wait for others.
+/// The factor by which the wall time of a process may exceed the limit on its processor time, as it
+/// may wait for other processes.
 const PATIENCE: f64 = 12.0;
 
 /// The report of a child process on its file, as one line of JSON.

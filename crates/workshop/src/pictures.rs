@@ -17,17 +17,24 @@ use std::fs;
 
 /// The longer side of a picture, in pixels.
 const SIDE: u32 = 480;
-/// The camera samples of a pixel and the lines of each sample, in the gallery and in README.
+/// The number of camera samples of a pixel in the gallery's pictures, and the number of lines of
+/// each camera sample.
 const GALLERY: [u32; 2] = [16, 4];
+/// The number of camera samples of a pixel in README's pictures, and the number of lines of each
+/// camera sample.
 const README: [u32; 2] = [4, 1];
-/// The number of lines per camera sample in the true picture where the closed form takes more than
-/// `SLOW` times as long as the lines that are shown. Elsewhere `exact` draws at most 16 lines where
-/// it has no closed form.
+/// The number of lines for each camera sample of the true picture, in scenes where the closed form
+/// takes more than [`SLOW`] times as long as the lines that are shown. Elsewhere `exact` draws at
+/// most 16 lines where it has no closed form.
 const TRUTH: u32 = 64;
+/// The factor in time between the closed form and the lines that are shown, above which the true
+/// picture is by [`TRUTH`] lines for each camera sample.
 const SLOW: f64 = 20.0;
-/// README's scenes: by points and lines, without noise, and for the plot.
+/// The scene that README shows by points and by lines of the same time.
 const COMPARED: &str = "colonnade-line";
+/// The scene that README shows without noise.
 const EXACT: &str = "colonnade-large";
+/// The scene of README's plot of error over samples.
 const PLOTTED: &str = "grid-planes-large";
 /// The fraction 1/`INSET[0]` of the picture's width that is magnified in its corner, and the
 /// magnification.

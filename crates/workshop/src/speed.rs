@@ -1,8 +1,9 @@
 //! `bench speed`: how long the pictures of this tree take, compared with an older program's.
 //!
 //! Both programs render the same cells in turns with one thread, and report their seconds
-//! themselves, so that neither start-up nor reading counts. Each picture is as large as it takes
-//! for a tenth of a second, and the least of all runs counts: what disturbs a run only adds.
+//! themselves, so that neither start-up nor reading counts. Each picture is so large that it takes
+//! at least a tenth of a second. The least time of all runs counts, as disturbances only make a run
+//! longer.
 
 use crate::args::SpeedArgs;
 use crate::figures::{processor, said};
@@ -14,7 +15,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The scenes, and the least side of their pictures.
+/// The scenes that are rendered, each with the least side of its square picture, in pixels.
 const SCENES: [(&str, u32); 7] = [
     ("cornell-box-large", 256),
     ("grid-planes-large", 256),
@@ -25,7 +26,7 @@ const SCENES: [(&str, u32); 7] = [
     ("cornell-box-line", 256),
 ];
 
-/// The methods and their samples.
+/// The methods that are measured, each with its number of samples.
 const METHODS: [(&str, u32); 7] = [
     ("point-area", 1),
     ("point-area", 16),
@@ -36,10 +37,11 @@ const METHODS: [(&str, u32); 7] = [
     ("hybrid", 16),
 ];
 
-/// Left out: closed forms past shafts so dense take minutes.
+/// The scene and the method that are left out: with shafts as dense as in this scene, closed forms
+/// take minutes.
 const TOO_DENSE: (&str, &str) = ("colonnade-large", "exact");
 
-/// Seconds that a picture takes at least.
+/// The least time of a picture, in seconds; pictures that take less are enlarged.
 const LEAST: f64 = 0.1;
 
 /// A picture to render.
@@ -52,7 +54,8 @@ pub(crate) struct Job<'a> {
     pub(crate) seed: u64,
 }
 
-/// The program of this tree and another, and the folder of their pictures.
+/// The two programs that are compared, this tree's and another one, and the folder for their
+/// pictures. Functions refer to the programs by the indices 0 and 1.
 #[derive(Debug)]
 pub(crate) struct Programs {
     paths: [PathBuf; 2],
@@ -92,7 +95,7 @@ impl Programs {
         })
     }
 
-    /// A picture by one of the programs.
+    /// Renders a picture by one of the programs, given by its index, and returns it.
     pub(crate) fn picture(&self, program: usize, job: &Job<'_>) -> Result<Image> {
         self.seconds(program, job)?;
         Ok(Image::read(&self.file())?)
@@ -102,9 +105,10 @@ impl Programs {
         self.folder.join("picture.exr")
     }
 
-    /// The least seconds of either program, of runs in turns, for a picture that is enlarged until
-    /// it takes a tenth of a second.
+    /// Returns the least time in seconds that each of the two programs takes for a picture, over
+    /// `runs` runs in turns. The picture is enlarged until it takes a tenth of a second.
     pub(crate) fn in_turns(&self, job: &Job<'_>, runs: u32) -> Result<[f64; 2]> {
+        // Enlarge the picture until the faster program takes long enough.
         let mut job = *job;
         loop {
             let seconds = self.seconds(1, &job)?.min(self.seconds(0, &job)?);
@@ -122,6 +126,7 @@ impl Programs {
                 .map(|side| (f64::from(side) * factor).ceil() as u32);
             job.size = enlarged;
         }
+        // Time both programs in turns, and take the least time of each.
         let mut least = [f64::INFINITY; 2];
         for _ in 0..runs {
             for (program, least) in least.iter_mut().enumerate() {
@@ -132,7 +137,8 @@ impl Programs {
     }
 }
 
-/// Renders all cells, and prints how long this tree takes over the other program.
+/// Renders all scenes by all methods, and prints the time of this tree's program divided by the
+/// time of the other program.
 pub(crate) fn run(args: &SpeedArgs, out: &mut Output) -> Result<()> {
     let programs = Programs::new(&args.against)?;
     let mut cells = Vec::new();
@@ -175,9 +181,10 @@ pub(crate) fn run(args: &SpeedArgs, out: &mut Output) -> Result<()> {
     sum_up(&cells, args, out)
 }
 
-/// Prints the mean and the worst ratio, or all cells as JSON.
+/// Prints the mean and the worst ratio of times, or all ratios as JSON.
 fn sum_up(cells: &[(f64, Value)], args: &SpeedArgs, out: &mut Output) -> Result<()> {
     let (date, processor) = (said(&["date", "+%F"]), processor());
+    // Find the geometric mean and the worst of the ratios.
     let mean = (cells.iter().map(|(ratio, _)| ratio.ln()).sum::<f64>() / cells.len() as f64).exp();
     let (ratio, worst) = cells
         .iter()

@@ -23,7 +23,7 @@ pub(crate) struct House {
 
 /// A crate of the workspace.
 pub(crate) struct Member {
-    /// The name of its folder, such as `geometry`.
+    /// The name of the crate's folder, such as `geometry`.
     pub(crate) owner: String,
     manifest: String,
 }
@@ -31,7 +31,7 @@ pub(crate) struct Member {
 /// A Rust file.
 struct Source {
     path: String,
-    /// The folder of its crate.
+    /// The folder of the crate that the file belongs to.
     owner: String,
     text: String,
     /// The code of files below `src`, without comments and tests; empty for other files.
@@ -145,8 +145,8 @@ impl House {
 }
 
 impl Member {
-    /// Returns whether the crate is a workspace of its own, as the builder of Python's packages
-    /// needs.
+    /// Returns whether the crate is a workspace of its own and not a member of ours, as the builder
+    /// of Python's packages needs.
     fn is_apart(&self) -> bool {
         self.manifest.lines().any(|line| line == "[workspace]")
     }
@@ -174,7 +174,8 @@ impl Member {
     }
 }
 
-/// Returns the text of a key; empty if there is no such line.
+/// Returns the text in quotes after a key, from the first line that begins with the key; empty if
+/// there is no such line.
 fn quoted<'a>(mut lines: impl Iterator<Item = &'a str>, key: &str) -> &'a str {
     let of_key = |line: &'a str| line.strip_prefix(key)?.strip_prefix(" = ");
     lines.find_map(of_key).unwrap_or("").trim_matches('"')
@@ -212,7 +213,8 @@ impl Source {
         }
     }
 
-    /// Returns a problem for each line in which a predicate holds.
+    /// Returns a problem with its position and the reason `why` for each line of the file in which
+    /// `holds` is true.
     fn complain(&self, holds: impl Fn(&str) -> bool, why: &str) -> Vec<String> {
         let lines = self
             .text

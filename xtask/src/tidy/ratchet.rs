@@ -1,5 +1,5 @@
-//! The ratchet: figures of the size and the tangledness of the crates, which may rise only with a
-//! reason.
+//! The ratchet: figures for the size of the crates and for how much their files depend on each
+//! other, which may rise only with a reason.
 //!
 //! `xtask/ratchet.txt` has the last figures. A change that lowers a figure also lowers the file
 //! (`cargo xtask ratchet`); a change that needs more raises it by hand, and the body of its commit
@@ -22,7 +22,8 @@ const FILE: &str = "xtask/ratchet.txt";
 /// Figures by name.
 type Figures = BTreeMap<String, usize>;
 
-/// Returns the figures that are above the file's, or below it without the file having been lowered.
+/// Returns a problem for each figure that is above the figure in the file, or below it without the
+/// file having been lowered.
 pub(super) fn may_only_fall(house: &House) -> Vec<String> {
     let (last, now) = (last(house), figures(house));
     let names: BTreeSet<&String> = last.keys().chain(now.keys()).collect();
@@ -38,7 +39,7 @@ pub(super) fn may_only_fall(house: &House) -> Vec<String> {
     changed.collect()
 }
 
-/// Writes the figures that fell, and returns how many.
+/// Writes the figures that fell to the file, and returns how many fell.
 pub(super) fn lower(house: &House, root: &Path) -> Result<usize, String> {
     let (last, now) = (last(house), figures(house));
     let fallen =
@@ -224,8 +225,8 @@ fn paths(text: &str, head: &str) -> Vec<String> {
     found
 }
 
-/// Returns the braces at the beginning of a text with their content, if they contain at most one
-/// more level of braces.
+/// Returns the braces at the beginning of a text with their content; `None` if there are no braces,
+/// or they contain more than one further level of braces.
 fn braces(text: &str) -> Option<&str> {
     let mut depth = 0;
     for (at, c) in text.char_indices() {

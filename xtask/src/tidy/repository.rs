@@ -2,7 +2,8 @@
 
 use super::House;
 
-/// Folders of a single machine, without their slashes so that this file does not violate the rule.
+/// The names of root folders that exist on a single machine only. They are written without slashes,
+/// so that this file does not violate the rule itself.
 const MACHINE: [&str; 5] = ["work", "tmp", "root", "home", "Users"];
 
 /// The endings of files that are data and not text.

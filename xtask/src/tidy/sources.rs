@@ -14,7 +14,7 @@ const PIXEL_PATH: &str = "elementary simd geometry samplers lights selection bsd
 /// allows it with a reason; all other crates forbid it.
 const KERNELS: &str = "simd";
 
-/// Returns whether a list of words has this one.
+/// Returns whether a list of words, separated by blanks, contains this word.
 fn is_one_of(list: &str, owner: &str) -> bool {
     list.split(' ').any(|name| name == owner)
 }
@@ -57,7 +57,8 @@ pub(super) fn fallibility(house: &House) -> Vec<String> {
     let path = house
         .sources
         .iter()
-        // Only callers catch the end of stopped work, and no pixel queries visible parts.
+        // Leave out `stop.rs`, whose `Result` is for callers that catch the end of stopped work,
+        // and the queries of visible parts, which no pixel makes.
         .filter(|s| is_one_of(PIXEL_PATH, &s.owner))
         .filter(|s| !s.path.ends_with("geometry/src/stop.rs"))
         .filter(|s| !s.path.ends_with("direct/src/visible.rs"));

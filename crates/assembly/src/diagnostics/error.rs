@@ -93,7 +93,7 @@ struct Diagnostic {
 }
 
 impl SceneError {
-    /// An error without a location.
+    /// Creates an error without a location.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self(Box::new(Diagnostic {
             severity: "error",
@@ -148,33 +148,33 @@ impl SceneError {
         self
     }
 
-    /// The kind of the error.
+    /// Returns the kind of the error.
     pub fn kind(&self) -> ErrorKind {
         self.0.kind
     }
 
-    /// The message without location and advice, on one line.
+    /// Returns the message without location and advice, on one line.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// The name of the file, if it is known.
+    /// Returns the name of the file, if it is known.
     pub fn file(&self) -> Option<&str> {
         self.0.place.as_ref().map(|p| &*p.file)
     }
 
-    /// The line, counted from one; `None` for binary files and for files as a whole.
+    /// Returns the line, counted from one; `None` for binary files and for files as a whole.
     pub fn line(&self) -> Option<usize> {
         self.line_column().map(|p| p.0)
     }
 
-    /// The column in characters, counted from one; `None` for binary files and for files as a
-    /// whole.
+    /// Returns the column in characters, counted from one; `None` for binary files and for files as
+    /// a whole.
     pub fn column(&self) -> Option<usize> {
         self.line_column().map(|p| p.1)
     }
 
-    /// The line and the column, both counted from one.
+    /// Returns the line and the column, both counted from one.
     fn line_column(&self) -> Option<(usize, usize)> {
         match &self.0.place.as_ref()?.position {
             Position::Text(text) => Some((text.line, text.column)),
@@ -184,7 +184,7 @@ impl SceneError {
 }
 
 impl Warning {
-    /// The number of times that the same message occurred; the location is the first one.
+    /// Returns the number of times that the same message occurred; the location is the first one.
     pub fn repeats(&self) -> usize {
         self.repeats
     }
@@ -307,7 +307,7 @@ impl Warnings {
         });
     }
 
-    /// The warnings, the last of which may say that there were more.
+    /// Returns the warnings, the last of which may say that there were more.
     pub(crate) fn into_list(mut self) -> Vec<Warning> {
         if self.more > 0 {
             let text = format!("{} more warnings are not shown", self.more);

@@ -13,8 +13,8 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// The error of the system when it could not read a file. The caller adds the location where the
-/// file is named.
+/// Returns the error of the system when it could not read a file. The caller adds the location
+/// where the file is named.
 fn refused(error: &io::Error) -> SceneError {
     let message = match error.kind() {
         io::ErrorKind::NotFound => "there is no such file".into(),
@@ -79,7 +79,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// The files of the scene at `path`, or of a scene in memory.
+    /// Returns the files of the scene at `path`, or of a scene in memory.
     pub(crate) fn new(path: Option<&Path>, options: &LoadOptions) -> Self {
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
         let mut memory = None;
@@ -110,9 +110,9 @@ impl Files {
         }
     }
 
-    /// The path of a file by its name in the scene, before and after symbolic links. A file outside
-    /// of the root is refused, whether or not it exists. If there is no file of the name, its
-    /// backslashes are read as slashes, as in names from Windows.
+    /// Returns the path of a file by its name in the scene, before and after symbolic links. A file
+    /// outside of the root is refused, whether or not it exists. If there is no file of the name,
+    /// its backslashes are read as slashes, as in names from Windows.
     pub(crate) fn find(&self, name: &str) -> Result<(PathBuf, PathBuf)> {
         let found = self.find_exactly(name);
         if found.is_err() && name.contains('\\') {
@@ -146,7 +146,7 @@ impl Files {
         Ok((path, whole))
     }
 
-    /// The bytes of a file that [`Files::find`] has found.
+    /// Returns the bytes of a file that [`Files::find`] has found.
     pub(crate) fn read(&self, path: &Path) -> Result<Vec<u8>> {
         let Some(files) = &self.memory else {
             return read(path, self.max_bytes);
@@ -157,15 +157,15 @@ impl Files {
         Ok(bytes.clone())
     }
 
-    /// Whether a regular file of this name exists, and the scene may name it.
+    /// Returns whether a regular file of this name exists, and the scene may name it.
     pub(crate) fn has(&self, name: &str) -> bool {
         let found = self.find(name);
         found.is_ok_and(|(_, whole)| self.memory.is_some() || whole.is_file())
     }
 }
 
-/// The path at which a file that does not exist would be: symbolic links of existing folders are
-/// followed, and the rest of the name is taken literally.
+/// Returns the path at which a file that does not exist would be: symbolic links of existing
+/// folders are followed, and the rest of the name is taken literally.
 fn where_it_would_be(path: &Path) -> PathBuf {
     use std::path::Component;
     // Find the longest existing part. A name without a folder begins in the current one.
@@ -198,12 +198,12 @@ pub struct Span {
 }
 
 impl Span {
-    /// The span from the byte `start` up to, but without, the byte `end`.
+    /// Returns the span from the byte `start` up to, but without, the byte `end`.
     pub const fn new(start: usize, end: usize) -> Self {
         Self { start, end }
     }
 
-    /// The span from the start of `self` to the end of `other`.
+    /// Returns the span from the start of `self` to the end of `other`.
     pub const fn to(self, other: Self) -> Self {
         Self::new(self.start, other.end)
     }
@@ -214,7 +214,7 @@ impl Span {
 pub struct Source {
     name: Arc<str>,
     bytes: Vec<u8>,
-    /// The offsets at which lines begin, which the first message needs.
+    /// The offsets at which lines begin, which are computed for the first message.
     line_starts: OnceLock<Vec<usize>>,
 }
 
@@ -232,7 +232,7 @@ enum Within<'a> {
 }
 
 impl Location<'_> {
-    /// An error at this location; the label is printed next to the caret.
+    /// Creates an error at this location; the label is printed next to the caret.
     pub fn error(
         self,
         kind: ErrorKind,
@@ -242,7 +242,7 @@ impl Location<'_> {
         SceneError::new(kind, message).at(self, label)
     }
 
-    /// The location with its line and column, for a message.
+    /// Returns the location with its line and column, for a message.
     pub(crate) fn place(self) -> Place {
         let (source, position) = match self.0 {
             Within::File(source) => (source, Position::File),
@@ -310,7 +310,7 @@ impl Source {
         }
     }
 
-    /// A file of these bytes; `name` is its name in messages.
+    /// Creates a file in memory of these bytes; `name` is the name of the file in messages.
     pub fn new(name: impl Into<Arc<str>>, bytes: Vec<u8>) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
@@ -319,23 +319,23 @@ impl Source {
         })
     }
 
-    /// The name in messages.
+    /// Returns the name of the file that messages use.
     pub fn name(&self) -> &Arc<str> {
         &self.name
     }
 
-    /// All bytes of the file.
+    /// Returns all bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The text at a span, with bytes that are not UTF-8 replaced.
+    /// Returns the text at a span, with bytes that are not UTF-8 replaced.
     pub fn text(&self, span: Span) -> String {
         let end = span.end.min(self.bytes.len());
         String::from_utf8_lossy(&self.bytes[span.start.min(end)..end]).into_owned()
     }
 
-    /// An error about the text at a span; the label is printed next to the caret.
+    /// Returns an error about the text at a span; the label is printed next to the caret.
     pub fn error(
         &self,
         kind: ErrorKind,
@@ -346,29 +346,29 @@ impl Source {
         self.at(span).error(kind, message, label)
     }
 
-    /// The location of the text at a span, for messages.
+    /// Returns the location of the text at a span, for messages.
     pub const fn at(&self, span: Span) -> Location<'_> {
         Location(Within::Text(self, span))
     }
 
-    /// The location of a byte of a binary file, for messages.
+    /// Returns the location of a byte of a binary file, for messages.
     pub const fn at_byte(&self, offset: usize) -> Location<'_> {
         Location(Within::Byte(self, offset))
     }
 
-    /// The file as a whole, for messages.
+    /// Returns the location of the file as a whole, for messages.
     pub const fn whole(&self) -> Location<'_> {
         Location(Within::File(self))
     }
 
-    /// The start of a span as `file:line:column`.
+    /// Returns the start of a span as `file:line:column`.
     pub fn short(&self, span: Span) -> String {
         let (line, start) = self.line_of(span.start);
         let column = char_count(&self.bytes[start..span.start.min(self.bytes.len())]) + 1;
         format!("{}:{}:{}", self.name, line, column)
     }
 
-    /// The number of the line of an offset (from one), and the offset of its first byte.
+    /// Returns the number of the line of an offset (from one), and the offset of its first byte.
     fn line_of(&self, offset: usize) -> (usize, usize) {
         let offset = offset.min(self.bytes.len());
         let starts = self.line_starts.get_or_init(|| {
@@ -381,7 +381,7 @@ impl Source {
         (line, starts[line - 1])
     }
 
-    /// The line and the column of a span, with an excerpt of the line.
+    /// Returns the line and the column of a span, with an excerpt of the line.
     fn text_place(&self, span: Span) -> TextPlace {
         // Find the line and the column.
         let start = span.start.min(self.bytes.len());
@@ -424,13 +424,13 @@ impl Source {
     }
 }
 
-/// The number of characters of a text.
+/// Returns the number of characters of a text, in which bytes that are not UTF-8 are replaced.
 fn char_count(bytes: &[u8]) -> usize {
     String::from_utf8_lossy(bytes).chars().count()
 }
 
-/// The characters of a part of a line. Control characters become blanks, so that the caret is under
-/// its text.
+/// Returns the characters of a part of a line. Control characters become blanks, so that the caret
+/// is under its text.
 fn clean(bytes: &[u8]) -> Vec<char> {
     String::from_utf8_lossy(bytes)
         .chars()

@@ -1,7 +1,7 @@
 //! Suggestions for misspelt names, and the shortening of names in messages.
 
-/// A name that is short enough for a message: at most 40 characters, the last of which is an
-/// ellipsis if the name is longer.
+/// Returns a name that is short enough for a message: at most 40 characters, the last of which is
+/// an ellipsis if the name is longer.
 pub fn shorten(text: &str) -> String {
     if text.chars().count() <= 40 {
         text.to_owned()
@@ -10,12 +10,13 @@ pub fn shorten(text: &str) -> String {
     }
 }
 
-/// The largest number of names that are compared, as damaged files may have many.
+/// The largest number of candidates that are compared with a word, as damaged files may have many.
 const MAX_CANDIDATES: usize = 1000;
 
-/// The candidate that differs from `word` by the fewest edits (insertions, deletions, replacements
-/// and swaps of neighbours). There may be as many edits as a third of the word's length, or one if
-/// that is more; the case of letters does not matter.
+/// Returns the candidate that differs from `word` by the fewest edits (insertions, deletions,
+/// replacements and swaps of neighbours). There may be as many edits as a third of the word's
+/// length, or one if that is more; `None` if all candidates need more edits. The case of letters
+/// does not matter.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower =
         |word: &str| -> String { word.chars().take(64).flat_map(char::to_lowercase).collect() };

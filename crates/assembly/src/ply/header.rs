@@ -36,17 +36,17 @@ const SCALARS: [(Scalar, [&str; 2], usize); 8] = [
 ];
 
 impl Scalar {
-    /// The number of bytes.
+    /// Returns the number of bytes of a number of this type in a binary file.
     pub(super) const fn size(self) -> usize {
         SCALARS[self as usize].2
     }
 
-    /// Whether it is a floating-point type.
+    /// Returns whether this is a floating-point type.
     pub(super) const fn is_float(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
 
-    /// The type of a name.
+    /// Returns the type that has this name in a header.
     fn named(name: &str) -> std::result::Result<Self, String> {
         let found = SCALARS.iter().find(|(_, names, _)| names.contains(&name));
         found.map(|found| found.0).ok_or_else(|| {
@@ -208,7 +208,8 @@ fn parse_property(words: &[&str]) -> std::result::Result<Property, String> {
     Ok(Property { name, length, item })
 }
 
-/// The line that begins at `at` and ends in LF, CR LF or CR; moves `at` to the next line.
+/// Returns the line that begins at `at` and ends in LF, CR LF or CR, and moves `at` to the next
+/// line.
 fn next_line(source: &Source, at: &mut usize) -> Span {
     let rest = &source.bytes()[*at..];
     // Do not search a binary file without line ends to its end: lines of a header are short.

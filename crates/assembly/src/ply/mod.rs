@@ -90,7 +90,8 @@ enum Role {
 #[derive(Debug)]
 struct Sink {
     mesh: MeshData,
-    /// The polygons, if they are not to be triangulated.
+    /// The polygons, each as the indices of its corners, if they are not to be triangulated;
+    /// otherwise `None`.
     polygons: Option<Vec<Vec<u32>>>,
     /// The number of faces so far.
     faces: usize,
@@ -102,9 +103,9 @@ struct Sink {
     vertex_count: usize,
     /// The indices of x, y and z among the properties of a vertex.
     position: [usize; 3],
-    /// The indices of the normal's components among them.
+    /// The indices of the normal's components among the properties of a vertex.
     normal: Option<[usize; 3]>,
-    /// The indices of the texture coordinates among them.
+    /// The indices of the texture coordinates among the properties of a vertex.
     uv: Option<[usize; 2]>,
     /// The index of the list of corners among the properties of a face.
     indices: usize,
@@ -151,7 +152,7 @@ impl Sink {
         })
     }
 
-    /// The use of the rows of an element.
+    /// Returns the use of the rows of an element.
     fn role(&self, element: usize) -> Role {
         if element == self.vertex {
             Role::Vertex
@@ -306,7 +307,7 @@ impl Sink {
     }
 }
 
-/// The indices of the scalar properties with these names, if all of them exist.
+/// Returns the indices of the scalar properties with these names, if all of them exist.
 fn columns<const N: usize>(element: &Element, names: &str) -> Option<[usize; N]> {
     let find = |name| {
         let mut all = element.properties.iter();

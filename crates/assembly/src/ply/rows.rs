@@ -76,8 +76,8 @@ pub(super) fn read(source: &Source, header: &Header, sink: &mut Sink) -> Result<
 }
 
 impl Numbers<'_> {
-    /// Whether an element has the types that most files use: vertices with little-endian `float`s
-    /// only, or faces with one list of `int`s whose length is a `uchar`.
+    /// Returns whether an element has the types that most files use: vertices with little-endian
+    /// `float`s only, or faces with one list of `int`s whose length is a `uchar`.
     fn is_plain(&self, role: Role, element: &Element) -> bool {
         let scalars = |p: &Property| p.length.is_none() && p.item == Scalar::F32;
         let corners = |p: &Property| (p.length, p.item) == (Some(Scalar::U8), Scalar::I32);
@@ -90,9 +90,9 @@ impl Numbers<'_> {
             }
     }
 
-    /// Reads a row of such an element at once, twice as fast as number by number. The result is
-    /// false, and nothing is read, for polygons with more than three corners and for rows that are
-    /// not valid.
+    /// Reads a row of an element with such types ([`Numbers::is_plain`]) at once, twice as fast as
+    /// number by number. The result is false, and nothing is read, for polygons with more than
+    /// three corners and for rows that are not valid.
     #[inline]
     fn plain(
         &mut self,
@@ -173,12 +173,12 @@ impl Numbers<'_> {
         Ok(())
     }
 
-    /// The number of bytes that have not been read.
+    /// Returns the number of bytes that have not been read.
     fn left(&self) -> usize {
         self.source.bytes().len() - self.at
     }
 
-    /// The least number of bytes of a number; in a text, it is a digit and a separator.
+    /// Returns the least number of bytes of a number; in a text, it is a digit and a separator.
     fn least(&self, scalar: Scalar) -> usize {
         if self.format == Format::Ascii {
             2
@@ -187,7 +187,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// The offset of the next number, after white space.
+    /// Returns the offset of the next number, after white space.
     fn next_start(&self) -> usize {
         let rest = &self.source.bytes()[self.at..];
         match self.format {
@@ -196,7 +196,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// The location of the text that was read since `start`, for messages.
+    /// Returns the location of the text that was read since `start`, for messages.
     fn since(&self, start: usize) -> Location<'_> {
         match self.format {
             Format::Ascii => self.source.at(Span::new(start, self.at.max(start))),

@@ -68,7 +68,7 @@ pub struct PictureArgs {
 }
 
 impl PictureArgs {
-    /// The settings of the integrator.
+    /// Returns the settings of the integrator for these flags.
     #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
@@ -86,7 +86,8 @@ impl PictureArgs {
         }
     }
 
-    /// The settings of one of its trials: samplers hash seeds, so that neighbours are independent.
+    /// Returns the settings of the trial with this index. Its seed is the seed of the picture plus
+    /// the index: samplers hash seeds, so that neighbouring seeds give independent samples.
     #[must_use]
     pub fn settings_of(&self, trial: u32) -> Settings {
         Settings {
@@ -95,8 +96,9 @@ impl PictureArgs {
         }
     }
 
-    /// Pieces of the work of a pixel, which are added in their order: its trials, or the blocks of
-    /// camera samples of the only one.
+    /// Returns the number of blocks into which the work of a pixel is divided. The blocks are its
+    /// trials, or, if there is only one trial, blocks of its camera samples. The results of blocks
+    /// are added in the order of the blocks.
     #[must_use]
     pub fn blocks(&self) -> u32 {
         if self.trials > 1 {
@@ -105,7 +107,7 @@ impl PictureArgs {
         u32::try_from(self.settings().sample_blocks().len()).unwrap_or(u32::MAX)
     }
 
-    /// The camera samples of a pixel, of all trials.
+    /// Returns the number of camera samples of a pixel, over all trials.
     #[must_use]
     pub fn camera_samples(&self) -> f64 {
         f64::from(self.pixel_samples.max(1)) * f64::from(self.trials.max(1))

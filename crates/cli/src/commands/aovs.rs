@@ -14,17 +14,18 @@ use std::ops::Range;
 #[derive(Debug, Default)]
 pub(super) struct Rendered {
     pub(super) image: Image,
-    /// The placement in the whole picture, if it is a part of it.
+    /// The placement of the image in the whole picture, if it is a part of it.
     pub(super) placement: Option<Placement>,
-    /// The matrices of the camera, as the file stores them.
+    /// The matrices from the world to the camera and to the picture, as
+    /// [`Document::world_to`](linelit_film::Document::world_to) has them.
     pub(super) world_to: [Option<[f32; 16]>; 2],
-    /// Whether it is lit by a light that is not in the scene's file.
+    /// Whether the picture is lit by a light that is not in the scene's file.
     pub(super) has_lamp: bool,
     /// The moments of the trials or of the camera samples of each pixel, if they are requested.
     pub(super) moments: Vec<Moments>,
     /// The rays and lines of each pixel, if they are requested.
     pub(super) cost: [Vec<u32>; 2],
-    /// The surface in the middle of each pixel, if it is requested.
+    /// The surface at the centre of each pixel, if it is requested.
     pub(super) surfaces: Vec<Surface>,
 }
 
@@ -75,10 +76,10 @@ pub(super) fn bytes_per_pixel(picture: &PictureArgs) -> u64 {
 /// The layers of the first surface that a camera ray meets.
 const SEEN: [Aov; 3] = [Aov::Albedo, Aov::Normal, Aov::Depth];
 
-/// The layers that are statistics over all camera samples of a pixel.
+/// The layers (of `--aovs`) that are statistics over all camera samples of a pixel.
 const COUNTED: [Aov; 2] = [Aov::Variance, Aov::Samples];
 
-/// Clamps a count to the range of an integer layer.
+/// Clamps a count to the range of the integers in a layer.
 pub(super) fn clamped(n: u64) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
@@ -163,7 +164,7 @@ pub(super) fn add(
     Ok(())
 }
 
-/// The surface that the ray through the middle of a pixel meets.
+/// The surface that the ray through the centre of a pixel meets.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Surface {
     pub(super) albedo: [f32; 3],
@@ -171,7 +172,7 @@ pub(super) struct Surface {
     pub(super) depth: f32,
 }
 
-/// Finds the surface in the middle of a pixel; if there is none, its depth is infinite.
+/// Finds the surface at the centre of a pixel; if there is none, the depth is infinite.
 pub(super) fn surface(
     renderer: &Renderer<'_>,
     pixel: [u32; 2],

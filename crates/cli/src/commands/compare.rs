@@ -28,7 +28,8 @@ struct Comparison {
     metrics: ImageMetrics,
     /// The errors of red, green and blue.
     channels: [ChannelMetrics; 3],
-    /// The metadata that both files have with different values: name, picture's, reference's.
+    /// The metadata that both files have with different values: the name, the value in the picture
+    /// and the value in the reference.
     differing_metadata: Vec<(String, String, String)>,
 }
 
@@ -279,7 +280,7 @@ fn relative_square(p: [f32; 3], r: [f32; 3]) -> f32 {
     ((of(0) + of(1) + of(2)) / 3.0) as f32
 }
 
-/// Returns the first channel.
+/// Returns the first channel of an image, pixel by pixel.
 fn scalar(image: &Image) -> Vec<f32> {
     image.rgb.iter().map(|[v, ..]| *v).collect()
 }
@@ -291,7 +292,7 @@ type Metadata = Vec<(String, String)>;
 struct Picture {
     /// The pixels in linear radiance.
     image: Image,
-    /// The window of these pixels in the whole picture.
+    /// The window of the whole picture that `image` has.
     window: Window,
     /// The size of the whole picture, and the coordinates that the file gives its first pixel.
     full: [u32; 2],
@@ -330,7 +331,7 @@ impl Picture {
         Ok(picture)
     }
 
-    /// Creates a picture whose pixels are all of it.
+    /// Creates a picture of an image that is the whole picture.
     fn whole(image: Image) -> Self {
         let (width, height) = (image.width, image.height);
         Self {
@@ -343,7 +344,7 @@ impl Picture {
         }
     }
 
-    /// Moves the pixels to their placement in the whole picture.
+    /// Sets the position of the image in the whole picture.
     fn place(&mut self, placement: Placement) {
         let span = |from: i32, size: u32| [i64::from(from), i64::from(from) + i64::from(size)];
         let ([x, y], image) = (placement.origin, &self.image);
@@ -383,7 +384,7 @@ impl Picture {
         })
     }
 
-    /// Returns its pixels in a window, which is within its own.
+    /// Returns the picture's pixels in a window, which has to be within the picture's own window.
     fn part(&self, window: Window) -> Image {
         self.window.cut(&self.image, window)
     }

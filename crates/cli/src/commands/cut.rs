@@ -10,7 +10,9 @@ use linelit_scene::{SceneDescription, SceneLight};
 /// The bounds of the limit on the time of a unit, in seconds of one thread. With the lower one,
 /// writing its part takes little in comparison; with the upper one, a kill loses little.
 const UNIT_SECONDS: [f64; 2] = [0.25, 2.0];
-/// The number of units that suffices for distributing them evenly.
+/// The number of units into which a picture is cut, as long as their time is then within
+/// [`UNIT_SECONDS`]. This number suffices for distributing the units equally among threads and
+/// machines.
 const ENOUGH: f64 = 256.0;
 /// The largest side of tiles that is tried; sides are powers of two.
 const LARGEST_SIDE: u32 = 1024;
@@ -64,8 +66,8 @@ impl Cut {
     }
 }
 
-/// A guess of the seconds of one thread that a pixel takes, right to a factor of ten: a microsecond
-/// for a camera ray and for each light, half a microsecond for each sample of a light.
+/// Returns an estimate of the seconds of one thread that a pixel takes, within a factor of ten: a
+/// microsecond for a camera ray and for each light, half a microsecond for each sample of a light.
 pub(super) fn pixel_seconds(scene: &SceneDescription, picture: &PictureArgs) -> f64 {
     let lights = match picture.lights {
         LightChoice::All => lights_in_use(scene) as f64,

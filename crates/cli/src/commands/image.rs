@@ -23,7 +23,7 @@ pub(super) fn check_file(args: &ImageArgs, path: &Path) -> Result<(), UsageError
     Ok(())
 }
 
-/// Gives a scene the resolution that is asked for, and says which part of its film is.
+/// Gives a scene the requested resolution, and returns the part of its film that is requested.
 pub(super) fn set_film(scene: &mut SceneDescription, args: &PictureArgs) -> Tile {
     if let Some(resolution) = args.resolution {
         scene.set_resolution(resolution.width, resolution.height);
@@ -34,8 +34,8 @@ pub(super) fn set_film(scene: &mut SceneDescription, args: &PictureArgs) -> Tile
         .map_or(all, |crop| crop.window(film.width, film.height))
 }
 
-/// Checks that each light that the flags name is one that is sampled: a number that changes
-/// nothing is a mistake.
+/// Checks that each light that the flags refer to exists and is sampled: the index of another light
+/// would change nothing, and is a mistake of the user.
 pub(super) fn check_lights(scene: &SceneDescription, args: &PictureArgs) -> Result<()> {
     let count = scene.lights.len();
     // Check that each number is a light that is sampled by itself and emits.
@@ -66,9 +66,9 @@ pub(super) fn check_lights(scene: &SceneDescription, args: &PictureArgs) -> Resu
     Ok(())
 }
 
-/// The numbers that name the lights of a scene in options such as `--light-estimator`: each light
-/// has its own, and a sphere, disk or cylinder that is sampled as a whole has that of the first of
-/// the facets that stand for it in the scene.
+/// Returns the indices by which options such as `--light-estimator` refer to the lights of a scene.
+/// Each light has its own index; a sphere, disk or cylinder that is sampled as a whole has the
+/// index of the first of its facets.
 pub(super) fn numbers(scene: &SceneDescription, spheres: Spheres) -> impl Iterator<Item = u32> {
     let is_own = move |light: &u32| {
         let whole = scene.whole_of(*light).filter(|_| spheres == Spheres::Exact);
@@ -78,7 +78,7 @@ pub(super) fn numbers(scene: &SceneDescription, spheres: Spheres) -> impl Iterat
     all.filter(is_own)
 }
 
-/// A renderer of what is asked for.
+/// Returns a renderer of the scene with the requested estimators for all lights.
 pub(super) fn renderer<'s>(
     scene: &'s SceneDescription,
     args: &PictureArgs,
@@ -99,12 +99,13 @@ pub(super) fn is_png(path: &Path) -> bool {
     ends_in(path, "png")
 }
 
-/// Whether a file's name has this ending.
+/// Returns whether a file's name has this extension (without the dot).
 pub(super) fn ends_in(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|e| e == ending)
 }
 
-/// Takes the image, whose memory the file's text needs.
+/// Writes the picture to a file, in the format of its extension. The function takes the rendered
+/// picture by value and frees it early, as the bytes of the file need its memory.
 pub(super) fn write(
     rendered: Rendered,
     (path, file): (&Path, &ImageArgs),
@@ -178,7 +179,8 @@ pub(super) fn picture_json(
     found
 }
 
-/// The numbers reported about a picture, by name: those of the plan of what to skip first.
+/// Returns the counts that are reported about a picture, by name. The counts of the work that the
+/// plan skipped come first.
 pub(super) fn counted(counts: &Counts) -> impl Iterator<Item = (&'static str, u64)> {
     let visibility = &counts.visibility;
     counts.plan.rows().chain([

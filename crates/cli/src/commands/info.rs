@@ -17,7 +17,8 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::AddAssign;
 
-/// The largest number of pairs of pixel and light that the quick look at the plan may take.
+/// The largest number of pairs of a pixel and a light in the coarse picture by which `info` counts
+/// what the plan skips. Scenes with many lights get a smaller picture.
 const MAX_PAIRS: usize = 1 << 16;
 
 /// The contents of a scene.
@@ -38,13 +39,13 @@ struct Info {
     bounds: Option<[[f64; 3]; 2]>,
     geometry_bytes: usize,
     texture_bytes: usize,
-    /// The lights by kind, round ones as they are.
+    /// The lights by kind, with round lights as they are sampled: as spheres, disks and cylinders.
     lights: BTreeMap<&'static str, LightGroup>,
     /// The same as `lights`, which listed facets in earlier versions.
     exact_lights: BTreeMap<&'static str, LightGroup>,
     /// The lights by kind with `--spheres facets`.
     facet_lights: BTreeMap<&'static str, LightGroup>,
-    /// The lights of the file, in its order.
+    /// The lights of the file, in the order of the file.
     light_rows: Vec<LightRow>,
     /// The number of materials, and of triangles that have them, by model.
     materials: BTreeMap<&'static str, MaterialGroup>,
@@ -65,11 +66,11 @@ struct LightRow {
     kind: &'static str,
     #[serde(flatten)]
     sum: LightGroup,
-    /// The number of its lights that emit nothing and are not sampled.
+    /// The number of lights of this row that emit no light and are not sampled.
     dark: usize,
 }
 
-/// The number and sums of lights of one kind.
+/// The number of lights of one kind, and the sums of their areas, lengths and powers.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct LightGroup {
     lights: usize,
@@ -126,7 +127,7 @@ impl AddAssign for LightGroup {
 }
 
 impl LightRow {
-    /// Returns the numbers of the light, and its description.
+    /// Returns the indices of the light as text, and its description.
     fn describe(&self) -> [String; 2] {
         let range = |[first, last]: [u32; 2]| match first == last {
             true => format!("light {first}"),
@@ -192,8 +193,8 @@ fn look(scene: &mut SceneDescription) -> Look {
     ([side, side], counts.plan.rows().collect())
 }
 
-/// Returns the lights of the file, in its order. The facets of a shape that is sampled as a whole
-/// are one light, and all polygons of one shape share a row.
+/// Returns the lights of the file, in the order of the file. The facets of a shape that is sampled
+/// as a whole are one light, and all polygons of one shape share a row.
 fn light_rows(scene: &SceneDescription) -> Vec<LightRow> {
     let mut rows: Vec<LightRow> = Vec::new();
     let mut mesh_before = None;

@@ -1,4 +1,4 @@
-//! `linelit list`: the names that other commands take.
+//! `linelit list`: prints the names that other commands accept.
 
 use super::methods;
 use crate::args::{ListArgs, Listed};
@@ -19,12 +19,12 @@ use std::collections::BTreeMap;
 struct Row {
     name: &'static str,
     about: &'static str,
-    /// Processor seconds that it takes, where they are known.
+    /// The processor seconds that a study takes, where they are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     cpu_seconds: Option<f64>,
 }
 
-/// Names what there is.
+/// Prints the names of the requested kind, or of all kinds.
 pub fn run(args: &ListArgs, out: &mut Output) -> Result<()> {
     match args.what {
         Some(what) if args.json => writeln!(out, "{}", json(what)?)?,
@@ -64,7 +64,8 @@ fn print(what: Listed, indent: &str, out: &mut Output) -> Result<(), OutputError
     Ok(())
 }
 
-/// A name a line, what it costs, and what it means.
+/// Returns the lines about names of a kind: each has the name, the cost of a study, and what the
+/// name means.
 fn lines(what: Listed) -> Vec<String> {
     if what == Listed::Methods {
         return methods::lines();
@@ -82,12 +83,12 @@ fn lines(what: Listed) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-/// Returns the list of studies and the cost of each, a line each.
+/// Returns the list of studies, with the cost of each, one study in a line.
 pub(super) fn studies() -> String {
     lines(Listed::Studies).join("\n")
 }
 
-/// Seconds, minutes or hours, to two digits.
+/// Formats a time as seconds, minutes or hours, with about two digits.
 fn about_seconds(seconds: f64) -> String {
     if seconds < 99.5 {
         format!("{seconds:.0} s")
@@ -119,7 +120,7 @@ fn rows(what: Listed) -> Vec<Row> {
             let samplers = SamplerKind::ALL.map(|kind| row((kind.name(), about_sampler(kind))));
             samplers.to_vec()
         }
-        // These have columns of their own.
+        // Methods have columns of their own.
         Listed::Methods => Vec::new(),
     }
 }

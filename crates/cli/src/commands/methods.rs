@@ -1,25 +1,26 @@
-//! The methods of each technique on each kind of light and of reflection, from the data by which
-//! estimators choose.
+//! The methods that each technique leads to on each kind of light and of reflection. They are found
+//! by the same data by which estimators choose their methods.
 
 use linelit_estimators::{Estimator, KnownKind, LightKind, MethodFacts, Technique};
 use serde::Serialize;
 
-/// The samples of each estimate.
+/// The number of samples of each estimate for which the methods are found.
 const SAMPLES: u32 = 16;
 
-/// A technique on lights and reflections on which it does the same.
+/// A technique, with the kinds of lights and reflections on which it leads to the same method.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Method {
     pub technique: &'static str,
     pub lights: Vec<String>,
     pub reflections: Vec<&'static str>,
     pub does: String,
-    /// The points that take the place of the integral that the technique is named for.
+    /// The number of points that are sampled in place of the closed form that the technique is
+    /// named for; `None` if the technique uses it.
     pub points_in_place: Option<u32>,
 }
 
-/// All techniques, each alone, on all lights and reflections; those on which it does the same share
-/// a row.
+/// Returns the methods of all techniques, each alone, on all lights and reflections. Kinds of
+/// lights and reflections for which a technique leads to the same method share a row.
 pub(super) fn all() -> Vec<Method> {
     let mut all: Vec<Method> = Vec::new();
     for technique in Technique::all() {
@@ -39,7 +40,7 @@ pub(super) fn all() -> Vec<Method> {
     all
 }
 
-/// The methods of a technique on a kind of light.
+/// Returns the methods of a technique on a kind of light, for all kinds of reflections.
 fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
     let mut rows: Vec<Method> = Vec::new();
     for (name, known) in KnownKind::ALL {
@@ -62,14 +63,16 @@ fn on_light(technique: &Technique, light: LightKind) -> Vec<Method> {
     rows
 }
 
-/// Says that points take the place of a closed form, where they do.
+/// Returns a remark that points are sampled in place of a closed form; it is empty if `points` is
+/// `None`.
 pub(super) fn in_place(points: Option<u32>) -> String {
     points.map_or_else(String::new, |points| {
         format!(" ({points} points in place of a closed form)")
     })
 }
 
-/// The rows as text: each technique, and below it what it does on which lights and reflections.
+/// Returns the rows as text: each technique, and below it the method for each kind of lights and
+/// reflections.
 pub(super) fn lines() -> Vec<String> {
     let mut lines = Vec::new();
     let mut technique = "";

@@ -20,8 +20,8 @@
 //!   killed and started again, on any machine), and [`Picture::gather`] combines them.
 //!
 //! A block is some of a pixel's camera samples, or one of its trials ([`PictureArgs::blocks`]). A
-//! part depends on its work alone, and blocks are added in their order, so that the picture is the
-//! same to the bit either way, however it was cut.
+//! part depends on its work alone, and blocks are added in their order, so that the picture has the
+//! same bits either way, however it was cut.
 
 mod assembly;
 mod part;
@@ -297,7 +297,8 @@ impl Picture {
         Ok(())
     }
 
-    /// Returns the image that merging should write, after checking that it can be written.
+    /// Returns the path of the image that merging should write, after checking that it can be
+    /// written.
     fn image_path<'a>(&self, args: &'a MergeArgs) -> Result<&'a Path> {
         let Some(path) = &args.output else {
             let text = "merging a picture writes an image: -o IMAGE.exr, .pfm or .png";

@@ -16,7 +16,7 @@ use linelit_plan::{Folder, Plan, Shard};
 use std::path::Path;
 use std::time::Duration;
 
-/// The time between two lines of `status --watch`.
+/// The time between two reports of `status --watch`.
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// The work in a plan, by its kind.
@@ -53,7 +53,7 @@ pub fn plan(args: &PlanArgs, out: &mut Output) -> Result<()> {
     }
 }
 
-/// Computes the remaining units of a plan, or of a shard of it.
+/// Computes the remaining units of a plan, or of one of its shards.
 ///
 /// # Errors
 /// If the plan cannot be read, was made by another version of the program, or a unit fails.
@@ -221,6 +221,7 @@ fn finish(plan: &Plan, args: &PlannedArgs, result: &str, out: &mut Output) -> Re
 
 /// Returns the script that runs a plan on a system.
 fn script(kind: Script, args: &PlannedArgs, result: &str) -> Result<String> {
+    // Make all paths absolute, as processes may run in other folders, and quote them for a shell.
     let whole = std::path::absolute(&args.output).context("finding the whole path of the plan")?;
     let program = std::env::current_exe().context("finding this program")?;
     let word = |path: &Path| quoted(&path.display().to_string());
@@ -230,6 +231,8 @@ fn script(kind: Script, args: &PlannedArgs, result: &str) -> Result<String> {
         word(&whole.join("log-%a.txt")),
     );
     let (shards, last) = (args.shards, args.shards - 1);
+    // Write the script of the system: it numbers the processes, starts one for each shard, and
+    // starts those again that end with status 75.
     Ok(match kind {
         Script::Slurm => format!(
             "#!/bin/bash\n\

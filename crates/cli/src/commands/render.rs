@@ -1,4 +1,5 @@
-//! `linelit render`.
+//! `linelit render`: renders a picture of a scene, and stores the finished parts of a long one
+//! until it is whole, so that an interrupted command can be continued.
 
 use super::aovs::{self, Rendered};
 use super::cut::{Cut, pixel_seconds};
@@ -22,15 +23,18 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Pictures of less are not kept: seconds of one thread, as guessed.
+/// The estimated time of a picture, in seconds of one thread, from which its finished parts are
+/// stored by default (`--checkpoints auto`). Shorter pictures are computed again if they are
+/// interrupted.
 const LONG: f64 = 30.0;
 
 /// Renders a scene to an image.
 pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     check_file(&args.file, &args.output)?;
     aovs::check(&args.picture, !ends_in(&args.output, "exr"))?;
-    // Before the work, lest that be lost.
+    // Check before the work that the result can be written.
     linelit_film::check_writable(&args.output)?;
+    // Read the scene and build the renderer.
     let pool = pool(&args.common)?;
     let start = Instant::now();
     let sources = Sources::new(&args.common.read);
@@ -42,15 +46,17 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     let renderer = pool.install(|| renderer(&scene, &args.picture))?;
     let build_seconds = built.elapsed().as_secs_f64();
     let drawn = Instant::now();
+    // Decide whether the finished parts are stored.
     let picture = Picture::new(&args.scene, &scene, &args.picture, window);
     let pixel = pixel_seconds(&scene, &args.picture);
     let is_kept = match args.checkpoints {
-        // Parts do not say all that is explained, and are not shown.
+        // Stored parts lack some of the counts that `--explain` prints, and cannot be shown in tev.
         _ if args.explain || args.tev.is_some() => false,
         Checkpoints::Never => false,
         Checkpoints::Always => true,
         Checkpoints::Auto => pixel * window.area() as f64 >= LONG,
     };
+    // Render by a plan in a folder, or at once.
     let mut counts = Counts::default();
     let (mut kept, mut viewer) = (None, None);
     let (rendered, counted) = if is_kept {
@@ -69,6 +75,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
         (rendered, counted, counts) = pool.install(|| picture.at_once(&renderer, viewer.as_mut()));
         (rendered, counted)
     };
+    // Write the picture, and then remove the folder of its parts.
     let times = [load_seconds, build_seconds, drawn.elapsed().as_secs_f64()];
     let mut result = picture_json(&args.scene, &args.output, &rendered, &counted);
     let to = (&*args.output, &args.file);
@@ -76,6 +83,7 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     if let Some((folder, _lock)) = kept {
         remove_all(folder.path())?;
     }
+    // Print the result.
     if args.common.json {
         let names = ["load_seconds", "build_seconds", "render_seconds"].map(str::to_owned);
         result.extend(names.into_iter().zip(times.map(Value::from)));
@@ -85,14 +93,14 @@ pub fn run(args: &RenderArgs, out: &mut Output) -> Result<()> {
     } else {
         print(&args.output, &result, times, out)?;
     }
-    // The picture is written, whatever tev does.
+    // Wait for tev only now: the picture is written even if tev fails.
     if let Some(viewer) = viewer {
         viewer.finish();
     }
     Ok(())
 }
 
-/// Prints what was written, and what it took.
+/// Prints which file was written, its size, and the time and the rays and lines that it took.
 fn print(
     output: &Path,
     result: &Map<String, Value>,
@@ -108,8 +116,9 @@ fn print(
     )
 }
 
-/// Begins to keep a long picture in a plan beside it, or goes on with what an interrupted command
-/// kept. It is ours as long as the lock is held.
+/// Creates the plan that stores the parts of a long picture, in a hidden folder next to the
+/// picture's file, or opens the plan of an interrupted command. No other process uses the plan as
+/// long as the returned lock is held.
 fn open(
     args: &RenderArgs,
     picture: &Picture,
@@ -130,7 +139,7 @@ fn open(
     ))
 }
 
-/// Renders the missing parts of a picture whose parts are kept, and merges all of them.
+/// Renders the missing parts of a picture whose parts are stored in a folder, and merges all parts.
 fn render_kept(
     picture: &Picture,
     renderer: &Renderer<'_>,
@@ -149,13 +158,15 @@ fn render_kept(
     picture.gather(folder)
 }
 
-/// The name of something that stands beside a picture for a while.
+/// Returns the path of a temporary hidden file or folder next to a picture; `what` is the end of
+/// its name.
 fn beside(picture: &Path, what: &str) -> PathBuf {
     let name = picture.file_name().unwrap_or_default().to_string_lossy();
     picture.with_file_name(format!(".{name}.linelit-{what}"))
 }
 
-/// Prints what was skipped, which methods were taken, and what it took.
+/// Prints which methods the lights have, what was skipped, and what visibility and the whole
+/// picture cost.
 fn explain(
     renderer: &Renderer<'_>,
     settings: &Settings,
@@ -163,7 +174,7 @@ fn explain(
     times: [f64; 3],
     out: &mut Output,
 ) -> Result<(), OutputError> {
-    // Say which methods the lights have.
+    // Print the methods of the lights, by the materials that they light.
     let lit = renderer.plan().lights_of(settings.spheres).len();
     let lights = numbers(renderer.scene(), settings.spheres).count();
     let dark = lights - lit;
@@ -181,7 +192,8 @@ fn explain(
             "{count:>14}  of them ({light}): {methods}{note}; on {names}"
         )?;
     }
-    // Say what was skipped, and what is left.
+    // Print how many pairs of a point and a light were skipped or have a closed form, and how many
+    // are left.
     write!(out, "{}", counts.plan)?;
     let plan = &counts.plan;
     let left_out = plan.facing_away + plan.below_horizon + plan.groups_left_out;
@@ -192,7 +204,7 @@ fn explain(
         out,
         "{sampled:>14}  all other pairs: sampled by lines or points"
     )?;
-    // Say what visibility took, and the time.
+    // Print the counts of visibility, and the times.
     let (visibility, segments) = (&counts.visibility, &counts.segments);
     let dense = visibility.dense_shafts;
     for (count, what) in [

@@ -70,7 +70,8 @@ pub(super) fn resolve(what: &[String]) -> Result<Study> {
     }
 }
 
-/// Checks that a name refers to a scene, and suggests a study if it looks like a misspelt one.
+/// Checks that a name refers to a scene. The error suggests a study if the name looks like a
+/// misspelt study.
 fn scene_is_there(name: &str) -> Result<()> {
     SceneLocation::find(name).map(drop).map_err(|error| {
         let studies = studies().map(|(name, _)| name);
@@ -111,7 +112,7 @@ pub(super) fn refuse_fixed(name: &str, args: &ConvergeArgs) -> Result<()> {
     first(name, BUILT_IN, &of_files(&args.common.read))
 }
 
-/// The reason why flags about the files of scenes are refused.
+/// The reason, for messages, why flags about the files of scenes are refused.
 const BUILT_IN: &str = "built-in scenes name no files";
 
 /// Returns the flags about the files of scenes, and whether they were given.
@@ -122,7 +123,7 @@ fn of_files(read: &ReadArgs) -> [(&'static str, bool); 2] {
     ]
 }
 
-/// Refuses the first of these flags that was given.
+/// Refuses the first of `flags` that was given, if any; `why` is the reason for the message.
 fn first(name: &str, why: &str, flags: &[(&str, bool)]) -> Result<()> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(UsageError(format!("`{name}` takes no {flag}: {why}")).into()),
@@ -145,6 +146,7 @@ pub(super) fn check_scenes(scenes: &[String], read: &ReadArgs) -> Result<()> {
 
 /// Applies the flags of the command line to a study.
 pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
+    // Shrink the study first, so that the other flags override the smallest sizes.
     if args.smallest {
         spec.shrink();
     }
@@ -161,6 +163,7 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
         spec.trials = trials;
         spec.independent_trials = None;
     }
+    // Pixels replace the named spots of a study, too.
     if let Some(pixels) = &args.pixels {
         spec.pixels.clone_from(pixels);
         spec.spots.clear();
@@ -178,7 +181,7 @@ pub(super) fn apply_flags(spec: &mut StudySpec, args: &StudyArgs) {
 struct Settings {
     /// The words of `converge` that the numbers depend on.
     converge: Vec<String>,
-    /// The values that follow from these words, for people who read the plan.
+    /// The values of the study's settings, for people who read the plan.
     settings: BTreeMap<String, String>,
 }
 
@@ -436,6 +439,7 @@ fn print_slopes(slopes: &[SlopeRow], out: &mut Output) -> Result<(), OutputError
             (Some(order), Some(source)) => format!("{order:.3} ({source})"),
             _ => String::new(),
         };
+        // With too few trials there is no interval.
         let [low, high] = [fit.ci_low, fit.ci_high].map(|end| {
             if end.is_finite() {
                 format!("{end:.3}")

@@ -33,7 +33,7 @@ pub(super) struct Viewer {
     corner: [u32; 2],
 }
 
-/// The pixels of a tile, and their position in the image.
+/// The pixels of a tile, and the position of the tile in the image.
 struct Pixels {
     corner: [u32; 2],
     size: [u32; 2],

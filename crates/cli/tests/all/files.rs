@@ -39,7 +39,7 @@ fn one_cornell_box_in_four_formats_is_one_picture() {
     assert_eq!(different(&v4, &want), 0, "pbrt v4");
 
     // The others' cameras differ: glTF's angle is in radians over the height, OBJ has none. The
-    // triangles are the same to the bit.
+    // triangles have the same bits.
     let v3 = strictly("tests/cornell/v3.pbrt").scene;
     for file in ["tests/cornell/box.gltf", "tests/cornell/box.obj"] {
         let scene = strictly(file).scene;

@@ -240,8 +240,8 @@ fn flags_change_what_is_measured() {
     }
 }
 
-/// Estimators and patterns are those that are asked for, what the budget leaves out is said, and
-/// strictly what is only worth a word is an error.
+/// Estimators and patterns are the requested ones, what the budget leaves out is said, and strictly
+/// what is only worth a word is an error.
 #[test]
 fn flags_say_what_is_measured() {
     let dir = folder("flags-said");

@@ -58,7 +58,7 @@ fn layers_stand_beside_the_same_picture() {
             .unwrap_or_else(|| panic!("no layer {name}"))
     };
 
-    // In the middle of the lowest row is the floor: white, level, four to five units away.
+    // At the centre of the lowest row is the floor: white, level, four to five units away.
     let at = |image: &Image| image.get(16, 31);
     let [x, y, z] = at(&layer("normal"));
     assert!(

@@ -13,8 +13,8 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The number of numbers that may be decoded for buffers of any size, in addition to one for each
-/// byte.
+/// The number of numbers that may be decoded from buffers of any size, in addition to one number
+/// for each byte of the buffers. Files that need more are refused.
 pub(super) const FREE_NUMBERS: usize = 1 << 24;
 
 /// A part of a buffer.
@@ -26,7 +26,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The bytes of the view.
+    /// Returns the bytes of the view.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.data[self.range.clone()]
     }
@@ -41,7 +41,7 @@ pub(super) struct Numbers {
 }
 
 impl<'a> Reader<'a> {
-    /// The bytes of a buffer, which are loaded once.
+    /// Returns the bytes of a buffer, which are loaded once.
     fn buffer(&mut self, index: usize, raw: Raw<'a>) -> Result<Arc<[u8]>> {
         let doc = self.doc;
         if let Some(data) = &self.buffers[index] {
@@ -107,8 +107,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// All numbers of the accessor to which the object `from` refers under a key. They are decoded
-    /// once.
+    /// Returns all numbers of the accessor to which the object `from` refers under a key. The
+    /// numbers are decoded once, and then cached.
     pub(super) fn numbers(
         &mut self,
         index: usize,
@@ -250,7 +250,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The bytes of a URI, which is a file name or a `data:` URI.
+    /// Returns the bytes of a URI, which is a file name or a `data:` URI.
     pub(super) fn load_uri(&mut self, uri: &str, place: Raw<'a>) -> Result<Vec<u8>> {
         let Some(data) = uri.strip_prefix("data:") else {
             let file = self.base.open(&percent_decode(uri), self.doc.at(place));
@@ -281,8 +281,8 @@ fn whole(value: f64, count: usize) -> Option<usize> {
     (value >= 0.0 && exact && index < count).then_some(index)
 }
 
-/// The elements of an accessor without a view: zeros, some of which sparse values replace. Their
-/// number is limited, as a small file could request any number of them.
+/// Returns the elements of an accessor without a view: zeros, some of which sparse values replace.
+/// Their number is limited, as a small file could request any number of them.
 fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> Result<Vec<f64>> {
     if layout.count > most.min(MAX_ZEROS) {
         let message = format!("an accessor of {} zeros", layout.count);
@@ -291,7 +291,7 @@ fn zeros<'a>(doc: &Document<'a>, node: Raw<'a>, layout: Layout, most: usize) -> 
     Ok(vec![0.0; layout.count * layout.width])
 }
 
-/// The largest number of elements of an accessor without data.
+/// The largest number of elements of an accessor without data; accessors with more are refused.
 const MAX_ZEROS: usize = 1 << 20;
 
 /// The layout of an accessor's numbers.
@@ -307,7 +307,7 @@ struct Layout {
 }
 
 impl Layout {
-    /// The layout of an accessor, whose types have to be known ones.
+    /// Creates the layout of an accessor; it is an error if the accessor's types are unknown.
     fn new<'a>(doc: &Document<'a>, node: &Accessor, raw: Raw<'a>) -> Result<Self> {
         // Refuse unknown types; floating-point numbers are never normalised.
         let wrong = |key: &str| {
@@ -336,8 +336,8 @@ impl Layout {
     }
 }
 
-/// A count or an offset as a `usize`. A number that does not fit becomes the largest one, which is
-/// larger than any file.
+/// Returns a count or an offset as a `usize`. A number that does not fit becomes the largest one,
+/// which is larger than any file.
 fn size(value: USize64) -> usize {
     usize::try_from(value.0).unwrap_or(usize::MAX)
 }
@@ -347,7 +347,7 @@ pub(super) fn percent_decode(uri: &str) -> String {
     String::from_utf8_lossy(&percent_bytes(uri)).into_owned()
 }
 
-/// The bytes of a text whose escapes are decoded. A percent sign without two digits stays.
+/// Returns the bytes of a text whose escapes are decoded. A percent sign without two digits stays.
 fn percent_bytes(uri: &str) -> Vec<u8> {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
@@ -383,8 +383,8 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     GeneralPurpose::new(&STANDARD, lenient).decode(text).ok()
 }
 
-/// The fraction that a normalised integer c represents: c over the largest number of its type, and
-/// at least −1 (glTF 2.0, section 3.11).
+/// Returns the fraction that a normalised integer c represents: c over the largest number of its
+/// type, and at least −1 (glTF 2.0, section 3.11).
 const fn fraction(component: ComponentType, c: f64) -> f64 {
     let largest = match component {
         ComponentType::I8 => 127.0,
@@ -397,7 +397,7 @@ const fn fraction(component: ComponentType, c: f64) -> f64 {
     (c / largest).max(-1.0)
 }
 
-/// The number of this type in little-endian bytes.
+/// Returns the value of a number of type `component` that is stored as the little-endian bytes `b`.
 fn value(component: ComponentType, b: &[u8]) -> f64 {
     let four = || [b[0], b[1], b[2], b[3]];
     match component {

@@ -38,7 +38,7 @@ pub(super) struct Lists<'a> {
     pub(super) textures: Vec<Raw<'a>>,
 }
 
-/// The lists whose elements are referred to by number.
+/// The lists whose elements other values refer to by index.
 #[derive(Clone, Copy)]
 pub(super) enum List {
     Accessors,
@@ -86,7 +86,7 @@ impl<'a> Document<'a> {
         Ok(Self { source, lists })
     }
 
-    /// The name and the elements of a list.
+    /// Returns the name of a list in the file, and its elements.
     fn list(&self, list: List) -> (&'static str, &[Raw<'a>]) {
         let lists = &self.lists;
         match list {
@@ -104,7 +104,8 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The element of a list to which the object `from` refers under a key.
+    /// Returns the element with this index of a list. The object `from` refers to the element under
+    /// a key, which messages name if there is no such element.
     pub(super) fn element(
         &self,
         list: List,
@@ -120,7 +121,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The element of a list at an index that is known to exist.
+    /// Returns the element of a list at an index that is known to exist.
     pub(super) fn known(&self, list: List, index: usize) -> Raw<'a> {
         self.list(list).1[index]
     }
@@ -132,45 +133,45 @@ impl<'a> Document<'a> {
             .map_err(|e| malformed(self.source, self.span(raw).start, text.as_bytes(), &e))
     }
 
-    /// The value inside another at a path of keys; if a key is missing, the last value on the path
-    /// that exists.
+    /// Returns the value inside another at a path of keys; if a key is missing, the last value on
+    /// the path that exists.
     pub(super) fn find(&self, raw: Raw<'a>, path: &[&str]) -> Raw<'a> {
         let step = |raw, key: &&str| self.get(raw, key).ok_or(raw);
         path.iter().try_fold(raw, step).unwrap_or_else(|last| last)
     }
 
-    /// The value of a key, if `raw` is an object that has this key.
+    /// Returns the value of a key, if `raw` is an object that has this key.
     pub(super) fn get(&self, raw: Raw<'a>, key: &str) -> Option<Raw<'a>> {
         let object = serde_json::from_str::<HashMap<String, Raw<'a>>>(raw.get());
         object.ok()?.remove(key)
     }
 
-    /// The extensions of a value by their names.
+    /// Returns the extensions of a value by their names.
     pub(super) fn extensions(&self, raw: Raw<'a>) -> HashMap<String, Raw<'a>> {
         let extensions = self.get(raw, "extensions");
         let named = extensions.and_then(|raw| serde_json::from_str(raw.get()).ok());
         named.unwrap_or_default()
     }
 
-    /// The position of a value in the file.
+    /// Returns the position of a value in the file.
     fn span(&self, raw: Raw<'a>) -> Span {
         let text = raw.get();
         let start = text.as_ptr() as usize - self.source.bytes().as_ptr() as usize;
         Span::new(start, start + text.len())
     }
 
-    /// The location of a value, for messages.
+    /// Returns the location of a value, for messages.
     pub(super) fn at(&self, raw: Raw<'a>) -> Location<'a> {
         self.source.at(self.span(raw))
     }
 
-    /// The location of the first character of a long value, for messages.
+    /// Returns the location of the first character of a long value, for messages.
     pub(super) fn at_start(&self, raw: Raw<'a>) -> Location<'a> {
         let start = self.span(raw).start;
         self.source.at(Span::new(start, start + 1))
     }
 
-    /// An error that points at a value.
+    /// Returns an error that points at a value.
     pub(super) fn error(
         &self,
         kind: ErrorKind,
@@ -252,9 +253,9 @@ fn malformed(source: &Source, start: usize, text: &[u8], error: &serde_json::Err
     source.error(kind, message, span, label)
 }
 
-/// The range of the JSON value in which the parser reported an error. `at` is on the last byte of
-/// the value or, for numbers and words, just before or after it; for an object or an array it may
-/// also be the first byte.
+/// Returns the range of the JSON value in which the parser reported an error. `at` is on the last
+/// byte of the value or, for numbers and words, just before or after it; for an object or an array
+/// it may also be the first byte.
 fn value_around(text: &[u8], at: usize) -> Range<usize> {
     // Skip blanks, and find the bracket or quote that opens the value which ends here.
     let blanks = text[at..]
@@ -292,7 +293,7 @@ fn value_around(text: &[u8], at: usize) -> Range<usize> {
     first..first + length
 }
 
-/// The key of a value, if the text before the value ends in one.
+/// Returns the key of a value, if the text before the value ends in one.
 fn key_of(before: &[u8]) -> Option<String> {
     let before = before.trim_ascii_end().strip_suffix(b":")?.trim_ascii_end();
     let name = before.strip_suffix(b"\"")?;

@@ -25,7 +25,7 @@ struct Lights<'a> {
     lights: Vec<Raw<'a>>,
 }
 
-/// The extension of a node, which refers to a light by its number.
+/// The extension of a node, which refers to a light by its index.
 #[derive(Deserialize)]
 struct Placed {
     light: usize,
@@ -72,8 +72,8 @@ impl Default for Spot {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads the list of lights, which nodes refer to by their numbers; it has `None` for a black
-    /// light.
+    /// Reads the list of lights, to which nodes refer by their indices. A black light is `None` in
+    /// this list.
     pub(super) fn read_lights(&mut self) -> Result<()> {
         let doc = self.doc;
         let Some(top) = doc.lists.extensions.get(LIGHTS).copied() else {

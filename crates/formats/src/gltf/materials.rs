@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// A material of the scene, with the properties that glTF has in materials and a scene in meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
-    /// The index in the scene.
+    /// The index of the material in the scene.
     pub(super) index: u32,
     /// The emitted radiance, if any.
     pub(super) emission: Option<DVec3>,
@@ -26,7 +26,7 @@ pub(super) struct Entry {
     pub(super) emission_map: Option<u32>,
     pub(super) two_sided: bool,
     pub(super) holes: Holes,
-    /// The number of the set of texture coordinates that its textures use.
+    /// The index of the set of texture coordinates that the material's textures use.
     pub(super) uv_set: u32,
 }
 
@@ -46,7 +46,7 @@ const EXTENSIONS: &[(&str, &str)] = &[
     ("KHR_materials_anisotropy", "drawn isotropic"),
 ];
 
-/// Whether there is a warning about each material that uses this extension.
+/// Returns whether there is a warning about each material that uses this extension.
 pub(super) fn names_extension(name: &str) -> bool {
     EXTENSIONS.iter().any(|(known, _)| *known == name)
 }
@@ -253,8 +253,8 @@ impl<'a> Reader<'a> {
         Ok(surface(colour, specular, metalness, alpha))
     }
 
-    /// The reflectance of the base at normal incidence, from the extensions for the index of
-    /// refraction and for specular reflection.
+    /// Returns the reflectance of the base at normal incidence, from the extensions for the index
+    /// of refraction and for specular reflection.
     fn specular(&mut self, node: &JsonMaterial<'a>, raw: Raw<'a>) -> Result<DVec3> {
         // Take the reflectance of the index of refraction, ((η − 1)/(η + 1))².
         let reflectance = match self.details(node, "KHR_materials_ior")?.ior {

@@ -32,7 +32,7 @@ enum Shape {
 pub(super) struct Mesh {
     /// The shapes with their materials, which are copied for each instance.
     shapes: Vec<(Shape, Placement)>,
-    /// The number of its primitives.
+    /// The number of primitives of the mesh.
     count: usize,
 }
 
@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
         Ok(Mesh { shapes, count })
     }
 
-    /// Reads the primitives of a mesh, each with the number of its material.
+    /// Reads the primitives of a mesh, each with the index of its material, if it has one.
     fn primitives(&mut self, mesh: Raw<'a>) -> Result<Vec<(Shape, Option<usize>)>> {
         let doc = self.doc;
         let mut list = Vec::new();
@@ -203,8 +203,8 @@ impl<'a> Reader<'a> {
         Err(doc.at_start(raw).error(kind, message, "in this primitive"))
     }
 
-    /// The numbers of a vertex attribute, `width` for each vertex and for `count` vertices if that
-    /// is known; `None` if the primitive does not have the attribute.
+    /// Returns the numbers of a vertex attribute, `width` for each vertex and for `count` vertices
+    /// if that is known; `None` if the primitive does not have the attribute.
     fn attribute(
         &mut self,
         node: &Primitive,
@@ -237,8 +237,8 @@ impl<'a> Reader<'a> {
         Err(self.doc.error(kind, message, attributes, label))
     }
 
-    /// The indices of a primitive, which must be below `count`; if it has no indices, all vertices
-    /// in order.
+    /// Returns the vertex indices of a primitive, which must be below `count`; if the primitive has
+    /// no indices, the result is 0, 1, …, `count` − 1.
     fn indices(&mut self, node: &Primitive, raw: Raw<'a>, count: usize) -> Result<Vec<u32>> {
         let doc = self.doc;
         let numbers = match node.indices {
@@ -297,8 +297,8 @@ fn refuse_compression<'a>(doc: &Document<'a>, node: &Primitive, raw: Raw<'a>) ->
     Err(error.help(super::WITHOUT_COMPRESSION))
 }
 
-/// The ends of the lines of a topology, as positions in a list of `n` indices; `None` for other
-/// topologies.
+/// Returns the ends of the lines of a topology, as positions in a list of `n` indices; `None` for
+/// other topologies.
 fn line_pairs(mode: Mode, n: usize) -> Option<Vec<[usize; 2]>> {
     match mode {
         Mode::Lines => Some((0..n / 2).map(|k| [2 * k, 2 * k + 1]).collect()),
@@ -308,8 +308,8 @@ fn line_pairs(mode: Mode, n: usize) -> Option<Vec<[usize; 2]>> {
     }
 }
 
-/// The corners of the triangles of a topology, as positions in a list of `n` indices; `None` for
-/// other topologies.
+/// Returns the corners of the triangles of a topology, as positions in a list of `n` indices;
+/// `None` for other topologies.
 fn triangle_corners(mode: Mode, n: usize) -> Option<Vec<[usize; 3]>> {
     // Swap two corners of every other triangle of a strip, so that all face the same side.
     let in_strip = |k: usize| {
@@ -335,7 +335,7 @@ struct Vertices {
 }
 
 impl Vertices {
-    /// The position of vertex `i`.
+    /// Returns the position of vertex `i`.
     fn position(&self, i: usize) -> DVec3 {
         let p = &self.positions.values[3 * i..3 * i + 3];
         DVec3::new(p[0], p[1], p[2])
@@ -353,7 +353,7 @@ impl Vertices {
         Some(Shape::Triangles(Rc::new(self.compact(triangles))))
     }
 
-    /// A mesh of these triangles with only the vertices that they use, numbered anew.
+    /// Returns a mesh of these triangles with only the vertices that they use, numbered anew.
     fn compact(&self, triangles: impl Iterator<Item = [u32; 3]>) -> MeshData {
         let mut mesh = MeshData::default();
         let mut numbers: HashMap<u32, u32> = HashMap::new();

@@ -31,7 +31,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use textures::Channel;
 
-/// The extensions that are read.
+/// The extensions of glTF that the reader supports.
 const EXTENSIONS: &[&str] = &[
     INSTANCING,
     lights::LIGHTS,
@@ -240,21 +240,21 @@ struct Lens {
 struct Reader<'a> {
     doc: &'a Document<'a>,
     base: Assembly,
-    /// The buffers that have been loaded.
+    /// For each buffer of the file, its bytes if they have been loaded.
     buffers: Vec<Option<Arc<[u8]>>>,
     /// The binary chunk of a GLB file.
     binary: Option<Arc<[u8]>>,
-    /// The accessors that have been decoded, which meshes often share.
+    /// The accessors that have been decoded, by index in the file: meshes often share them.
     accessors: HashMap<usize, Rc<Numbers>>,
     /// The number of numbers that may still be decoded. The limit is needed because accessors may
     /// overlap, so that a small file could request very many.
     numbers_left: usize,
     camera: Option<(Camera, FilmSettings)>,
-    /// The materials by their numbers in the file.
+    /// The materials, in the order of the file.
     materials: Vec<materials::Entry>,
-    /// The images that have been decoded, by number and channel.
+    /// The images that have been decoded, by index in the file and channel.
     images: HashMap<(usize, Channel), Option<Arc<ImageData>>>,
-    /// The meshes that have been read.
+    /// For each mesh of the file, the mesh if it has been read.
     meshes: Vec<Option<Rc<meshes::Mesh>>>,
     /// The number of instances of each mesh so far.
     places: Vec<usize>,
@@ -481,11 +481,12 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A stack of nodes to visit, with the transforms of their parents. The first is at the end.
+/// A stack of nodes to visit, with the transforms of their parents. The node to visit first is at
+/// the end.
 type Nodes = Vec<(usize, DAffine3)>;
 
-/// The children of a node or a scene, in the order of a stack. It is an error if one of them has
-/// been seen before.
+/// Returns the children of a node or a scene, in the order of a stack. It is an error if one of
+/// them has been seen before.
 fn visit<'a>(
     doc: &Document<'a>,
     children: &[Raw<'a>],
@@ -505,7 +506,7 @@ fn visit<'a>(
     children.iter().rev().map(visit).collect()
 }
 
-/// The nodes that are not the child of a node, for files without a scene.
+/// Returns the nodes that are not the child of a node, for files without a scene.
 fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
     let mut is_child = vec![false; seen.len()];
     for raw in &doc.lists.nodes {
@@ -521,7 +522,7 @@ fn roots(doc: &Document<'_>, seen: &mut [bool]) -> Result<Nodes> {
     Ok(roots)
 }
 
-/// A node's transform relative to its parent.
+/// Returns a node's transform relative to its parent.
 fn transform(node: &JsonNode<'_>) -> DAffine3 {
     if let Some(m) = &node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(m));

@@ -108,7 +108,7 @@ impl<'a> Reader<'a> {
         }))
     }
 
-    /// A channel of an image, which is decoded once.
+    /// Returns a channel of an image, which is decoded once.
     fn image(&mut self, index: usize, channel: Channel) -> Result<Option<Arc<ImageData>>> {
         if let Some(known) = self.images.get(&(index, channel)) {
             return Ok(known.clone());
@@ -153,7 +153,7 @@ impl<'a> Reader<'a> {
         self.base.alpha_channel(&name, &bytes, at)
     }
 
-    /// The bytes of an image file, and a name whose extension is the type of the file.
+    /// Returns the bytes of an image file, and a name whose extension is the type of the file.
     fn image_bytes(&mut self, raw: Raw<'a>) -> Result<(String, Vec<u8>)> {
         let doc = self.doc;
         let node: image::Image = doc.read(raw)?;
@@ -183,7 +183,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The wrap mode of a sampler.
+/// Returns the wrap mode of a sampler.
 const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     match mode {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
@@ -192,9 +192,10 @@ const fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// The filter for minified images, from `minFilter`, which also says how mip levels are used. If it
-/// uses none, or is missing (which leaves the choice to the renderer), images are averaged over the
-/// footprint by the default filter. `magFilter` is ignored: magnified images are bilinear.
+/// Returns the filter for minified images, from `minFilter`, which also says how mip levels are
+/// used. If `minFilter` uses no mip levels, or is missing (which leaves the choice to the
+/// renderer), images are averaged over the footprint by the default filter. `magFilter` is ignored:
+/// magnified images are bilinear.
 fn filter(sampler: &Sampler) -> TextureFilter {
     match sampler.min_filter {
         Some(Checked::Valid(
@@ -208,8 +209,8 @@ fn filter(sampler: &Sampler) -> TextureFilter {
     }
 }
 
-/// The mapping of `KHR_texture_transform`. glTF counts v from the top; the mesh reader replaces it
-/// by w = 1 − v, and the result here is the extension's mapping in these coordinates.
+/// Returns the mapping of `KHR_texture_transform`. glTF counts v from the top; the mesh reader
+/// replaces it by w = 1 − v, and the result here is the extension's mapping in these coordinates.
 ///
 /// The extension's u' = o₁ + s₁ u cos r + s₂ v sin r and v' = o₂ − s₁ u sin r + s₂ v cos r become
 /// (u', w') = R(r) (s₁ u, s₂ w) + (o₁ + s₂ sin r, 1 − o₂ − s₂ cos r).

@@ -12,8 +12,8 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The text after the keyword, without the blanks around it, and its position. A name may
-    /// contain blanks. If the text is empty, the position is the whole statement.
+    /// Returns the text after the keyword, without the blanks around it, and its position. A name
+    /// may contain blanks. If the text is empty, the position is the whole statement.
     pub(super) fn rest(&self, source: &Source) -> (String, Span) {
         match self.words.as_slice() {
             [_, first, .., last] => {
@@ -33,7 +33,7 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The statements of a file, after its byte order mark if it has one.
+    /// Creates the statements of a file, after its byte order mark if it has one.
     pub(super) fn new(source: &'a Source) -> Self {
         let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
         Self {
@@ -44,7 +44,8 @@ impl<'a> Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The statements whose line begins with a keyword; other lines are not split into words.
+    /// Returns the statements whose line begins with a keyword; other lines are not split into
+    /// words.
     pub(super) fn that_begin_with(
         source: &'a Source,
         keyword: &'a [u8],

@@ -92,7 +92,7 @@ pub fn read_polygons(source: &Arc<Source>) -> Result<Polygons> {
     statements::polygons(&as_utf8(Arc::clone(source)))
 }
 
-/// The file in UTF-8: itself, unless it begins with a byte order mark of UTF-16.
+/// Returns the file in UTF-8: itself, unless it begins with a byte order mark of UTF-16.
 fn as_utf8(source: Arc<Source>) -> Arc<Source> {
     match utf16(source.bytes()) {
         Some(text) => Source::new(source.name().clone(), text.into_bytes()),
@@ -100,13 +100,13 @@ fn as_utf8(source: Arc<Source>) -> Arc<Source> {
     }
 }
 
-/// The position of a vertex.
+/// Returns the position of a vertex.
 fn position(mesh: &Mesh, index: u32) -> DVec3 {
     let start = 3 * index as usize;
     DVec3::from_array([0, 1, 2].map(|k| mesh.positions[start + k]))
 }
 
-/// Triangulates a mesh of polygons. The texts say why some polygons were left out.
+/// Triangulates a mesh of polygons. The texts in the result say why some polygons were left out.
 fn mesh_data(mesh: Mesh) -> (MeshData, Vec<String>) {
     let mut left_out = Vec::new();
     let count = mesh.positions.len() / 3;
@@ -135,12 +135,12 @@ fn singles<const N: usize>(values: &[f64]) -> Vec<[f32; N]> {
     rows.map(|row| row.map(|x| x as f32)).collect()
 }
 
-/// The number of a vertex; tobj's numbers are `u32`.
+/// Returns the index of a vertex as tobj has it, a `u32`.
 fn index(k: usize) -> u32 {
     u32::try_from(k).unwrap_or(u32::MAX)
 }
 
-/// The text of a file that begins with a byte order mark of UTF-16; `None` for other files.
+/// Returns the text of a file that begins with a byte order mark of UTF-16; `None` for other files.
 fn utf16(bytes: &[u8]) -> Option<String> {
     let (big, rest) = match bytes {
         [0xfe, 0xff, rest @ ..] => (true, rest),

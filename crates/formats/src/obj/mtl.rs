@@ -61,7 +61,7 @@ const FIRST: &[&str] = &[
     "newmtl", "Kd", "Ks", "Ke", "Ns", "d", "Tr", "map_Kd", "norm",
 ];
 
-/// Whether a file is empty or begins with a statement of a material library.
+/// Returns whether a file is empty or begins with a statement of a material library.
 pub(super) fn begins(source: &Source) -> bool {
     let first = Lines::new(source).next();
     let word = first.and_then(|line| line.words.first().map(|w| source.text(*w)));
@@ -203,8 +203,8 @@ fn alpha(
     Ok(holes.transpose()?.and_then(Holes::alpha))
 }
 
-/// Reads `[options] name`. `read` loads the image of this name, and `instead` says in the warning
-/// what happens if it cannot be loaded.
+/// Reads `[options] name`. `read` loads the image of this name. `instead` is the part of the
+/// warning that says what happens if the image cannot be loaded.
 fn map(
     base: &mut Assembly,
     source: &Source,
@@ -271,8 +271,8 @@ fn map_options<'w>(source: &Source, words: &'w [Span]) -> Result<(UvMapping, Wra
     Ok((mapping, wrap, rest))
 }
 
-/// The product of a map and its factor, as the format says. A black factor is taken as one: files
-/// often have it by mistake.
+/// Returns the product of a map and its factor, as the format says. A black factor is replaced by
+/// one: files often have it by mistake.
 fn textured(map: Texture, factor: DVec3) -> Texture {
     if factor == DVec3::ZERO || factor == DVec3::ONE {
         map

@@ -25,22 +25,23 @@ const UNSUPPORTED: &str = "p vp cstype deg bmat step curv curv2 surf parm trim h
 /// The statements that are read, for suggestions.
 const KNOWN: [&str; 7] = ["v", "vt", "vn", "f", "l", "usemtl", "mtllib"];
 
-/// The kinds of indices, in the order in which corners have them.
+/// The names of the kinds of indices, in the order in which corners have them, for messages.
 const WHAT: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// The position, texture coordinate and normal of a corner, as indices from zero.
 type Corner = [Option<u32>; 3];
 
 /// Consecutive faces with the same material and the same attributes (normals, texture coordinates),
-/// or a line element. Its number is its name for tobj.
+/// or a line element. The name of a group for tobj is the index of the group.
 #[derive(Clone)]
 pub(super) struct Group {
     /// The material with its emission.
     pub(super) material: Entry,
     pub(super) is_line: bool,
-    /// Which of the three kinds of indices its corners have.
+    /// For each of the three kinds of indices (position, texture coordinate, normal), whether the
+    /// corners of the group have it.
     has: [bool; 3],
-    /// The position of its first statement.
+    /// The position of the group's first statement.
     pub(super) first: Span,
 }
 
@@ -63,11 +64,11 @@ pub(super) struct Statements<'a> {
     is_open: bool,
     /// The position of the last statement that was read.
     last: Span,
-    /// The error in that statement, if it has one; it ends the text.
+    /// The error in the last statement, if it has one. Such an error ends the text.
     refused: Option<SceneError>,
     /// The rewritten text of the last statement.
     text: Vec<u8>,
-    /// The number of its bytes that tobj has read.
+    /// The number of bytes of `text` that tobj has read.
     at: usize,
     /// Whether all statements have been read, or one was refused.
     ended: bool,
@@ -108,7 +109,7 @@ impl Read for Statements<'_> {
 }
 
 impl<'a> Statements<'a> {
-    /// The statements of a file, whose materials are added to `base`.
+    /// Creates the statements of a file, whose materials are added to `base`.
     pub(super) fn new(source: &'a Source, base: Assembly) -> Self {
         Self {
             base,
@@ -207,8 +208,8 @@ impl<'a> Statements<'a> {
             .expect("writing to memory does not fail");
     }
 
-    /// The numbers of a normal or a texture coordinate. Where the file has NaN or infinity instead
-    /// of a number, they are zeros, with a warning.
+    /// Returns the numbers of a normal or a texture coordinate. Where the file has NaN or infinity
+    /// instead of a number, they are zeros, with a warning.
     fn finite<const N: usize>(
         &mut self,
         words: &[Span],
@@ -252,7 +253,8 @@ impl<'a> Statements<'a> {
             .warn(ErrorKind::UnknownName, message, place)
     }
 
-    /// An index of a kind as an index from zero.
+    /// Returns an index in the text of the file as an index from zero. `kind` is 0 for a position,
+    /// 1 for a texture coordinate and 2 for a normal.
     fn resolve(&self, span: Span, text: &[u8], kind: usize) -> Result<u32> {
         resolve(self.source, span, text, (kind, self.counts[kind]))
     }
@@ -316,7 +318,8 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// Begins a group of faces or of a line.
+    /// Begins a group of faces or of a line element; `has` says which kinds of indices its corners
+    /// have.
     fn begin(&mut self, is_line: bool, has: [bool; 3], first: Span) {
         self.put(format_args!("g {}\n", self.groups.len()));
         self.is_open = !is_line;
@@ -348,7 +351,7 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// `usemtl name`
+    /// Executes `usemtl name`.
     fn use_material(&mut self, (name, span): (String, Span)) -> Result<()> {
         let source = self.source;
         self.is_open = false;
@@ -369,7 +372,8 @@ impl<'a> Statements<'a> {
         Ok(())
     }
 
-    /// `mtllib a.mtl b.mtl`, which names two libraries, or one whose name contains a blank.
+    /// Executes `mtllib a.mtl b.mtl`, which names two libraries, or one whose name contains a
+    /// blank.
     fn name_libraries(&mut self, line: &Line) -> Result<()> {
         let source = self.source;
         let (whole, span) = line.rest(source);
@@ -453,7 +457,7 @@ fn resolve(source: &Source, span: Span, text: &[u8], (kind, count): (usize, usiz
 pub struct Polygons {
     /// The positions of the vertices.
     pub positions: Vec<DVec3>,
-    /// The vertices of each polygon.
+    /// For each polygon, the indices of its vertices.
     pub polygons: Vec<Vec<u32>>,
     /// The line of each polygon in the file, counted from one.
     pub lines: Vec<usize>,

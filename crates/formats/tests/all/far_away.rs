@@ -1,4 +1,4 @@
-//! Tests of scenes at map coordinates, whose vertices are rounded relative to the scene's middle.
+//! Tests of scenes at map coordinates, whose vertices are rounded relative to the scene's centre.
 
 use crate::common::base64;
 use linelit_formats::{Format, LoadOptions, Loaded};

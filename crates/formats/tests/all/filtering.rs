@@ -203,8 +203,8 @@ proptest! {
     }
 }
 
-/// Over footprints of 2^k texels at the middle of a block of as many, trilinear lookups are the
-/// block's mean; half-way between two such widths they are half-way between the two.
+/// Over footprints of 2^k texels at the centre of a block of the same size, trilinear lookups are
+/// the block's mean; half-way between two such widths they are half-way between the two.
 #[test]
 fn trilinear_lookups_are_means_of_blocks() {
     let (w, h) = (32, 16);
@@ -402,7 +402,7 @@ fn ellipses_are_gaussian_means_of_waves() {
 }
 
 /// The texture filter depends on the parameters of the texture and on the version of the file,
-/// which the film's name tells: "image" is pbrt-v3's and "rgb" is pbrt-v4's.
+/// which follows from the film's name: "image" is pbrt-v3's and "rgb" is pbrt-v4's.
 #[test]
 #[allow(clippy::too_many_lines, reason = "one case after the other")]
 fn files_say_how_to_filter() {

@@ -77,7 +77,7 @@ fn strips_fans_and_points() {
 #[test]
 fn sparse_accessors_replace_zeros_or_values() {
     // The sparse accessor replaces corner 2 by (5, 6, 7): of a stored square first, and below of
-    // zeros, which stand for an accessor without a buffer view.
+    // zeros, which represent an accessor without a buffer view.
     let mut buffer = floats(&SQUARE);
     buffer.extend([2, 0, 0, 0]);
     buffer.extend(floats(&[5.0, 6.0, 7.0]));

@@ -6,8 +6,8 @@ use linelit_testkit::folder::Folder;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// Runs an attempt and asserts that it takes less than five seconds. Where the system tells it, the
-/// time of the processor counts, because other processes may run at the same time.
+/// Runs an attempt and asserts that it takes less than five seconds. Where the system reports it,
+/// the time of the processor counts, because other processes may run at the same time.
 fn soon<T>(attempt: impl FnOnce() -> T) -> T {
     let (start, cpu) = (Instant::now(), processor_seconds());
     let result = attempt();

@@ -192,8 +192,8 @@ fn films_and_filters() {
         scene.camera.projection(),
         Projection::Perspective { fov_degrees: 90.0 }
     );
-    // The default radius of the filter depends on the version, which the film's name tells, even if
-    // the film comes after the filter.
+    // The default radius of the filter depends on the version, which follows from the film's name,
+    // even if the film comes after the filter.
     for (film, width) in [("image", 2.0), ("rgb", 1.5)] {
         let text = format!(
             "PixelFilter \"gaussian\" \"float yradius\" 1 Film \"{film}\"

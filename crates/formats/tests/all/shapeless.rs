@@ -101,7 +101,7 @@ fn distant_light_knows_the_scene() {
 
 /// Returns the irradiance from a sun on a wall with the given normal.
 ///
-/// It is computed by a midpoint rule over a spherical cap around the middle of the sun, which is
+/// It is computed by a midpoint rule over a spherical cap around the centre of the sun, which is
 /// twice as high as the sun's own cap. The integrand is linear in the direction, so that the rule
 /// is exact.
 fn irradiance(sky: &Sky, middle: DVec3, cap_height: f64, normal: DVec3) -> DVec3 {
@@ -446,8 +446,8 @@ fn ies_files_are_luminaires() {
     assert!(scene.lights.iter().all(|light| light.profile.is_some()));
 }
 
-/// Even the narrowest beams of IES files emit, with the right power. For a beam that is even up to
-/// the angle b and ends at 1.2 b, the power for one candela is the volume of a truncated cone,
+/// Even the narrowest beams of IES files emit, with the right power. For a beam that is uniform up
+/// to the angle b and ends at 1.2 b, the power for one candela is the volume of a truncated cone,
 /// (1 + 1.2 + 1.2²)/3 π b².
 #[test]
 fn beams_of_ies_files_have_their_power() {

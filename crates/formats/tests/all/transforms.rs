@@ -354,7 +354,7 @@ fn luminaire(weight: impl Fn(f64) -> f64, end: f64) -> f64 {
 
 /// On a surface, the axis of a luminaire is the normal on the side that emits. Horizontal angles
 /// begin at the x axis of the shape, and turn and mirror with it. The profile is scaled so that the
-/// power stays the same. Warnings tell what a surface cannot do: emit behind itself, and be
+/// power stays the same. Warnings say what a surface cannot do: emit behind itself, and be
 /// stretched.
 #[test]
 fn ies_surfaces_turn_with_their_shapes() {
@@ -444,7 +444,7 @@ fn cones_of_surfaces_are_about_the_normal() {
     }
 }
 
-/// The nodes of glTF turn their lights, and no scale, even or uneven, changes a cone.
+/// The nodes of glTF turn their lights, and no scale, uniform or not, changes a cone.
 #[cfg(feature = "gltf")]
 #[test]
 fn nodes_of_gltf_turn_their_lights() {

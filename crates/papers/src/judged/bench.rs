@@ -33,7 +33,7 @@ pub(super) struct Bench<'a> {
     pub(super) effort: Effort,
 }
 
-/// The result of a cell with one number of samples.
+/// The result of measuring a cell (an estimator on some shading points) with one number of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Answer {
     samples: u32,
@@ -53,8 +53,9 @@ pub(super) struct Answer {
 /// All measured numbers, by the paths of their cells.
 #[derive(Debug, Default)]
 pub(super) struct Measurements {
-    /// The results of each cell, one for each number of samples. If there was no point to measure,
-    /// it has the number of these instead.
+    /// The results of each cell, by the path of the cell: one result for each number of samples. If
+    /// a cell had no shading point to measure, its entry is instead the count of its numbers of
+    /// samples, for each of which the statistics are then unknown.
     cells: BTreeMap<String, Result<Vec<Answer>, usize>>,
     pub(super) special: BTreeMap<String, Measured>,
 }
@@ -116,7 +117,7 @@ impl Answer {
 }
 
 impl Bench<'_> {
-    /// Returns one of three values, by the effort.
+    /// Returns the one of three values that belongs to this bench's effort.
     pub(super) fn pick<T>(&self, smallest: T, quick: T, full: T) -> T {
         match self.effort {
             Effort::Smallest => smallest,
@@ -286,8 +287,9 @@ impl Bench<'_> {
 /// The least processor time, in seconds, for which each estimator is timed: ten passes.
 const TIMED_SECONDS: f64 = 0.1;
 
-/// The variance up to which there is no noise. Rounding leaves 1e-24 of the square, an edge in
-/// front of a thousandth of the light 1e-6.
+/// The variance of the estimates at a shading point, in linear radiance squared, up to which the
+/// point counts as one without noise. Rounding leaves a variance of 1e-24 of the squared radiance;
+/// an occluder in front of a thousandth of the light causes 1e-6 of it.
 const ROUNDING: f64 = 1e-12;
 
 /// Returns the variance of some estimates about their mean, summed over channels.

@@ -15,7 +15,8 @@ use std::fmt;
 use std::sync::LazyLock;
 use toml::{Table, Value};
 
-/// The claims of the papers, and what is measured for them.
+/// The contents of `claims.toml`: the claims of the papers, and the shading points and estimators
+/// that are measured for them.
 static BOOK: LazyLock<Book> =
     LazyLock::new(|| Book::read(include_str!("../../claims.toml")).expect("claims.toml is read"));
 
@@ -47,10 +48,11 @@ pub(super) struct Points {
     /// Whether estimators are timed, in turns and for a tenth of a second each.
     #[serde(default)]
     pub(super) timed: bool,
-    /// Whether errors are measured against many samples of the best method for these points.
+    /// Whether the errors at these shading points are measured against many samples of the method
+    /// that is best for them.
     #[serde(default)]
     pub(super) reference: bool,
-    /// The study that shows more about these points.
+    /// The named study that shows more about these shading points.
     #[serde(default)]
     pub(super) study: String,
     /// The sampler of the cells that name no other.
@@ -119,7 +121,7 @@ impl From<CellText> for Cell {
     }
 }
 
-/// A value that is read from its text.
+/// A value in `claims.toml` that is parsed from a string.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(
     try_from = "String",
@@ -195,12 +197,12 @@ pub(crate) struct Claim {
     pub(super) check: Option<Check>,
 }
 
-/// The default of [`Claim::read`].
+/// Returns the default of [`Claim::read`]: the paper prints the number.
 fn printed() -> String {
     "printed".to_owned()
 }
 
-/// A measurement that checks a reason.
+/// A measurement that checks the reason why a claim is not confirmed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Check {
@@ -253,8 +255,8 @@ impl Book {
         Ok(book)
     }
 
-    /// Refuses claims whose fields do not fit together: every claim that is not confirmed needs a
-    /// reason, and if it was measured, a check of that reason.
+    /// Refuses a file with claims whose fields do not fit together: every claim that is not
+    /// confirmed needs a reason, and if it was measured, a check of that reason.
     fn check(&self) -> Result<()> {
         let mut ids = BTreeSet::new();
         for claim in &self.claims {
@@ -360,7 +362,7 @@ impl Book {
     }
 }
 
-/// Returns the first part of a path: the name of an entry of points, or of a function that
+/// Returns the first component of a path: the name of an entry of points, or of a function that
 /// measures.
 fn group(path: &str) -> &str {
     path.split('/').next().unwrap_or_default()
@@ -379,7 +381,7 @@ impl Claim {
         formulas.flat_map(|formula| formula.asks().map(|(_, path)| path))
     }
 
-    /// Returns the names of the entries of points, and of functions, that it needs.
+    /// Returns the names of the entries of points, and of the functions, that the claim needs.
     pub(super) fn groups(&self) -> impl Iterator<Item = &str> {
         self.paths().map(group)
     }

@@ -138,13 +138,14 @@ impl TryFrom<String> for Formula {
     }
 }
 
-/// The text of a formula that is still to be read.
+/// A reader of formulas: the rest of the text, which is still to be read.
 struct Reader<'t> {
     rest: &'t str,
 }
 
 impl<'t> Reader<'t> {
-    /// Skips spaces, and reads the next character if it is one of these.
+    /// Skips spaces, and reads the next character if it is one of the characters `among`; otherwise
+    /// `None`.
     fn next(&mut self, among: &str) -> Option<char> {
         self.rest = self.rest.trim_start();
         let c = self.rest.chars().next().filter(|c| among.contains(*c))?;

@@ -22,11 +22,12 @@ use verdict::{Expected, Verdict};
 #[derive(Clone, Debug)]
 struct Judged {
     claim: Claim,
-    /// The name of the study that shows more about it.
+    /// The name of the study that shows more about the claim.
     study: String,
     measured: Option<Measured>,
     verdict: Verdict,
-    /// The number that checks the reason, and whether it agrees with the reason.
+    /// The number that checks the reason why the claim is not confirmed, and whether the number
+    /// agrees with the reason.
     check: Option<(Measured, bool)>,
 }
 
@@ -60,7 +61,7 @@ pub(crate) fn run(context: &Context<'_>, study: &str, title: &str) -> Result<Fin
     })
 }
 
-/// The name of a part and the seconds that it took.
+/// The name of a part of the measurements, and the seconds that it took.
 type Took = (String, f64);
 
 /// Measures all entries of points and functions that claims and their checks need.

@@ -61,6 +61,7 @@ fn section(paper: Paper, own: &[Judged]) -> Section {
 /// Returns the table of claims.
 fn table(own: &[Judged]) -> Table {
     let columns = ["where", "claim", "expected", "measured", "verdict", "study"];
+    // Show a contradiction to the record next to the verdict, and explain the numbers on hovering.
     let row = |one: &Judged| {
         let claim = &one.claim;
         let value = one.measured.map_or(f64::NAN, |m| m.value);

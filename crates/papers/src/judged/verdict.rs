@@ -52,7 +52,7 @@ impl TryFrom<Bounds> for Expected {
     }
 }
 
-/// The verdict that follows from a number with its 95 % interval.
+/// The verdict on a claim, which follows from the measured number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Verdict {
@@ -61,10 +61,11 @@ pub(super) enum Verdict {
     Confirmed,
     /// The interval overlaps the tolerance, or contains the bound.
     Consistent,
-    /// The effect is stronger: the whole interval is beyond the paper's number and its tolerance.
+    /// The measured effect is stronger than the paper's: the whole interval is beyond the paper's
+    /// number and its tolerance.
     Stronger,
-    /// The effect is weaker: the whole interval is between no effect and the paper's number, or at
-    /// least not beyond no effect.
+    /// The measured effect is weaker than the paper's: the whole interval is between no effect and
+    /// the paper's number, or at least not beyond no effect.
     Weaker,
     /// There is no effect, or the opposite one; or the number, if it has no value of no effect, is
     /// another one.

@@ -6,7 +6,7 @@ use super::textures::NUMBER;
 use linelit_assembly::{Holes, Result};
 use linelit_scene::{Alpha, Cutout, Texture};
 
-/// The holes and the shadow of a shape.
+/// The parts of a shape that exist: its holes, and whether it casts a shadow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Extent {
     pub(super) cutout: Option<Cutout>,

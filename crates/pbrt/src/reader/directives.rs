@@ -39,7 +39,7 @@ const NO_MOTION: &str = "motion is not supported: transforms are those of the st
 /// The largest number of blocks that are open at once.
 const MAX_BLOCKS: usize = 10_000;
 
-/// Whether a file is empty or its first word is a directive.
+/// Returns whether a file is empty or its first word is a directive.
 pub(super) fn begin(source: &Arc<Source>) -> bool {
     let mut lexer = Lexer::new(Arc::clone(source));
     match lexer.next() {
@@ -140,7 +140,8 @@ impl Loader {
         }
     }
 
-    /// `ActiveTransform StartTime`, `EndTime` or `All`: transforms for the end are ignored.
+    /// Executes `ActiveTransform StartTime`, `EndTime` or `All`: transforms for the end are
+    /// ignored.
     fn active_transform(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let which = lexer.next()?.map(|t| lexer.source().text(t.span));
         self.state.end_time_only = match which.as_deref() {
@@ -167,7 +168,7 @@ impl Loader {
         self.base.unsupported(message, label, at)
     }
 
-    /// Opens a block: saves the graphics state.
+    /// Opens a block: saves the graphics state. `opener` is the directive that opened it.
     fn open_block(&mut self, lexer: &Lexer, token: Token, opener: &'static str) -> Result<()> {
         if self.stack.len() >= MAX_BLOCKS {
             let message = format!("blocks are nested more than {MAX_BLOCKS} deep");
@@ -205,7 +206,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `ObjectBegin "name"`
+    /// Executes `ObjectBegin "name"`.
     fn object_begin(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, name_token) = self.name(lexer, token, "a name")?;
         self.needs_world(lexer, token)?;
@@ -224,7 +225,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `ObjectEnd`
+    /// Executes `ObjectEnd`.
     fn object_end(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         self.close_block(lexer, token, "ObjectBegin")?;
         let Some(object) = self.object.take() else {
@@ -238,7 +239,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `ObjectInstance "name"`
+    /// Executes `ObjectInstance "name"`.
     fn object_instance(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         // Find the object.
         let (name, name_token) = self.name(lexer, token, "an object's name")?;
@@ -277,7 +278,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `Attribute "target" …`, which sets default parameters.
+    /// Executes `Attribute "target" …`, which sets default parameters.
     fn attribute(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "an attribute target")?;
         let Some(target) = params.pick("attribute target", &name, TARGETS)? else {
@@ -291,7 +292,7 @@ impl Loader {
         Err(source.error(ErrorKind::Limit, message, span, "these are too many"))
     }
 
-    /// `WorldBegin`
+    /// Executes `WorldBegin`.
     fn world_begin(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if self.in_world {
             let label = "the world has begun already";
@@ -304,7 +305,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `WorldEnd`
+    /// Executes `WorldEnd`.
     fn world_end(&mut self, lexer: &Lexer, token: Token) -> Result<()> {
         if !self.in_world {
             let message = "`WorldEnd` without `WorldBegin`";
@@ -331,7 +332,7 @@ impl Loader {
     }
 }
 
-/// The error for a directive at a position where it is not allowed.
+/// Returns the error for a directive at a position where it is not allowed.
 fn misplaced(lexer: &Lexer, span: Span, message: impl Into<String>, label: &str) -> SceneError {
     lexer.error(ErrorKind::Nesting, message, span, label)
 }

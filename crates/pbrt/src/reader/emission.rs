@@ -11,7 +11,7 @@ use linelit_lights::{LightSpace, Profile, ProfileKind};
 use linelit_scene::{EmissionSpec, ImageTexture, LUMINANCE, Texture, TextureFilter, Wrap};
 use std::sync::Arc;
 
-/// The types of parameters that may be a spectrum.
+/// The types that a parameter may have if it is a spectrum.
 pub(super) const SPECTRUM: &[Type] = &[
     Type::Rgb,
     Type::Xyz,
@@ -21,7 +21,7 @@ pub(super) const SPECTRUM: &[Type] = &[
 ];
 
 impl Loader {
-    /// `AreaLightSource "diffuse" …`
+    /// Executes `AreaLightSource "diffuse" …`.
     pub(super) fn area_light(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         self.needs_world(lexer, token)?;
         let (name, mut params) = self.named_params(lexer, token, "area light")?;
@@ -72,7 +72,7 @@ impl Loader {
         Ok(())
     }
 
-    /// Reads the profile of emission, an extension of linelit: `focus`, a power of the cosine;
+    /// Reads the profile of an emission, an extension of linelit: `focus`, a power of the cosine;
     /// `coneangle` with `conedeltaangle`, the cone of a spot light; or `iesfile`. A profile is
     /// about the normal, turns with the shape, and does not change its power. The result is the
     /// index of the profile in the builder.
@@ -161,7 +161,7 @@ impl Loader {
         }
     }
 
-    /// The value of a spectrum parameter as linear RGB.
+    /// Returns the value of a spectrum parameter as linear RGB.
     pub(super) fn spectrum_value(
         &mut self,
         params: &Params,

@@ -33,13 +33,13 @@ pub(crate) struct Lexer {
     peeked: Option<Option<Token>>,
 }
 
-/// Whether a byte ends a word.
+/// Returns whether a byte ends a word.
 const fn ends_word(byte: u8) -> bool {
     byte.is_ascii_whitespace() || matches!(byte, b'"' | b'[' | b']' | b'#')
 }
 
 impl Lexer {
-    /// A lexer at the beginning of a file, after its byte order mark if it has one.
+    /// Creates a lexer at the beginning of a file, after its byte order mark if it has one.
     pub(crate) fn new(source: Arc<Source>) -> Self {
         let bom = source.bytes().starts_with(b"\xef\xbb\xbf");
         Self {
@@ -49,7 +49,7 @@ impl Lexer {
         }
     }
 
-    /// A lexer at a position in the middle of a file.
+    /// Creates a lexer that begins at a given position (an offset in bytes) in a file.
     pub(crate) fn from_offset(source: Arc<Source>, position: usize) -> Self {
         Self {
             source,
@@ -58,12 +58,12 @@ impl Lexer {
         }
     }
 
-    /// The file that is read.
+    /// Returns the file that is read.
     pub(crate) fn source(&self) -> &Arc<Source> {
         &self.source
     }
 
-    /// An error about the text at a span.
+    /// Creates an error about the text at a span.
     pub(crate) fn error(
         &self,
         kind: ErrorKind,
@@ -74,13 +74,13 @@ impl Lexer {
         self.source.error(kind, message, span, label)
     }
 
-    /// The position after the last byte.
+    /// Returns the empty span after the last byte of the file.
     pub(crate) fn end(&self) -> Span {
         let n = self.source.bytes().len();
         Span::new(n, n)
     }
 
-    /// The next token, which is not consumed; `None` at the end of the file.
+    /// Returns the next token, which is not consumed; `None` at the end of the file.
     pub(crate) fn peek(&mut self) -> Result<Option<Token>> {
         if let Some(token) = self.peeked {
             return Ok(token);
@@ -99,12 +99,12 @@ impl Lexer {
         }
     }
 
-    /// The bytes of a word.
+    /// Returns the bytes of a token that is a word.
     pub(crate) fn word(&self, token: Token) -> &[u8] {
         &self.source.bytes()[token.span.start..token.span.end]
     }
 
-    /// Reads the token at the current position or after it.
+    /// Reads the first token at or after the current position; `None` at the end of the file.
     fn scan(&mut self) -> Result<Option<Token>> {
         // Skip blanks and comments.
         let bytes = self.source.bytes();
@@ -164,7 +164,7 @@ impl Lexer {
         })
     }
 
-    /// The contents of a string token, with its escapes resolved.
+    /// Returns the contents of a string token, with its escapes resolved.
     pub(crate) fn unquote(&self, token: Token) -> Result<String> {
         let inner = &self.source.bytes()[token.span.start + 1..token.span.end - 1];
         let text = std::str::from_utf8(inner).map_err(|_| {
@@ -195,7 +195,7 @@ impl Lexer {
         Ok(out)
     }
 
-    /// The value of a word that must be a finite number.
+    /// Returns the value of a word that must be a finite number.
     pub(crate) fn number(&self, token: Token) -> Result<f64> {
         let word = self.word(token);
         let starts_like_one = word

@@ -15,20 +15,21 @@ use linelit_scene::{ImageData, LUMINANCE};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The ball around the scene before it is known.
+/// The ball around the scene that lights get before the scene's size is known: of radius zero, at
+/// the origin.
 const NO_SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
 };
 
-/// The smallest half angle of a sun, in radians; below it, it becomes parallel light. The rounding
+/// The smallest half angle of a sun, in radians; a smaller sun becomes parallel light. The rounding
 /// of unit vectors, 10⁻¹⁶, moves the border of a sun of this size by 10⁻⁸ of its radius.
 const NARROWEST: f64 = 1e-8;
 
-/// The light types that are left out.
+/// The light types of pbrt that are left out, with a warning.
 const LEFT_OUT: [&str; 1] = ["projection"];
 
-/// All light types, for suggestions.
+/// All light types of pbrt, for suggestions.
 const TYPES: [&str; 6] = [
     "point",
     "spot",
@@ -39,7 +40,7 @@ const TYPES: [&str; 6] = [
 ];
 
 impl Loader {
-    /// `LightSource "point" …`
+    /// Executes `LightSource "point" …`.
     pub(super) fn light_source(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         // Read the parameters.
         self.needs_world(lexer, token)?;
@@ -91,7 +92,8 @@ impl Loader {
         Err(params.error(ErrorKind::OutOfRange, message, "after its transform"))
     }
 
-    /// The unit vector from `from` to `to`, before the current transform.
+    /// Returns the unit vector from the parameter `from` to the parameter `to`, before the current
+    /// transform.
     fn direction(&self, params: &Params) -> Result<DVec3> {
         let point = |name: &'static str, usual: DVec3| -> Result<DVec3> {
             let point = params.fixed::<3>(name, &[Type::Point3])?;
@@ -104,7 +106,7 @@ impl Loader {
         })
     }
 
-    /// The space of a light under the current transform.
+    /// Returns the space of a light under the current transform.
     fn light_space(&self, params: &Params) -> Result<LightSpace> {
         LightSpace::new(self.state.ctm.matrix3).ok_or_else(|| {
             let message = format!("the transform of {} flattens directions", params.owner);
@@ -359,7 +361,7 @@ impl Loader {
     }
 }
 
-/// The linear values of an image, row by row.
+/// Returns the linear values of an image, row by row.
 #[allow(clippy::cast_possible_truncation, reason = "images are f32")]
 fn pixels(image: &ImageData) -> impl Iterator<Item = [f32; 3]> {
     let size = [image.width(), image.height()];

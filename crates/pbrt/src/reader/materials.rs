@@ -14,18 +14,19 @@ use linelit_scene::{
 };
 use std::sync::Arc;
 
-/// The largest number of parts of a mixture in all, so that its evaluation is cheap and its lobes
-/// fit into the layers of a surface.
+/// The largest number of materials in a mixture that are not mixtures themselves; mixtures of more
+/// are refused. The limit keeps the evaluation cheap, and the lobes fit into the layers of a
+/// surface.
 const MOST_PARTS: usize = 8;
 
-/// The materials of pbrt for which there is no [`MaterialKind`].
+/// The material types of pbrt for which there is no [`MaterialKind`].
 const NOT_DRAWN: &str = "\
     coatedconductor disney fourier hair interface kdsubsurface measured none subsurface translucent";
 
 /// The materials whose parameters have the names and the roughness of pbrt-v4.
 const OF_V4: &str = "coateddiffuse conductor dielectric diffuse diffusetransmission thindielectric";
 
-/// The map from roughness to the α of microfacets in the model's version of pbrt.
+/// Returns the map from roughness to the α of microfacets in the model's version of pbrt.
 fn remap(kind: &str) -> Remap {
     if is_one_of(kind, OF_V4) {
         Remap::V4
@@ -34,10 +35,12 @@ fn remap(kind: &str) -> Remap {
     }
 }
 
-/// A model by its type, with pbrt's default values; `None` for types that are not supported.
+/// Returns a model by its type, with pbrt's default values; `None` for types that are not
+/// supported.
 #[allow(clippy::too_many_lines, reason = "a list")]
 fn with_defaults(kind: &str) -> Option<MaterialKind> {
-    // One entry for each model of `MaterialKind`, except those that `model` makes of others.
+    // Find the model: there is one entry for each model of `MaterialKind`, except those that
+    // `model` makes of other models.
     let number = Texture::number;
     let rough = |value| Roughness::isotropic(value, remap(kind));
     Some(match kind {
@@ -105,7 +108,7 @@ fn with_defaults(kind: &str) -> Option<MaterialKind> {
 }
 
 impl Loader {
-    /// `Material "matte" …`
+    /// Executes `Material "matte" …`.
     pub(super) fn material(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (kind, mut params) = self.named_params(lexer, token, "material")?;
         params.add_defaults(&self.state.defaults(Target::Material));
@@ -113,7 +116,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `MakeNamedMaterial "name" "string type" "matte" …`
+    /// Executes `MakeNamedMaterial "name" "string type" "matte" …`.
     pub(super) fn make_named_material(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, mut params) = self.named_params(lexer, token, "material")?;
         params.add_defaults(&self.state.defaults(Target::Material));
@@ -123,14 +126,14 @@ impl Loader {
         Ok(())
     }
 
-    /// `NamedMaterial "name"`
+    /// Executes `NamedMaterial "name"`.
     pub(super) fn named_material(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "material")?;
         self.state.material = self.material_index(&params, &name)?;
         self.warn_unused(&params)
     }
 
-    /// The index of a named material; `None` if it is an `interface`.
+    /// Returns the index of a named material; `None` if it is an `interface`.
     fn material_index(&self, params: &Params, name: &str) -> Result<Option<u32>> {
         if let Some(index) = self.materials.get(name) {
             return Ok(*index);
@@ -334,7 +337,7 @@ impl Loader {
         Ok(materials)
     }
 
-    /// The number of parts of a material that are not mixtures.
+    /// Returns the number of parts of a material that are not mixtures.
     fn mix_cost(&self, material: u32) -> usize {
         match &self.base.builder.materials[material as usize].kind {
             MaterialKind::Mix { materials, .. } => {

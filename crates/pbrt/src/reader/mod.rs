@@ -38,8 +38,8 @@ use std::sync::Arc;
 /// The largest number of files that are open at once through `Include`.
 const MAX_INCLUDES: usize = 32;
 
-/// The largest number of included files in all. Without it, files that each include the next one
-/// twice would be read 2ⁿ times at depth n.
+/// The largest number of included files in all. Without this limit, files that each include the
+/// next one twice would be read 2ⁿ times at depth n.
 const MAX_INCLUDES_IN_ALL: usize = 10_000;
 
 /// Reads pbrt text from memory. Files that it names are looked up in the working directory. `name`
@@ -105,7 +105,7 @@ struct OpenObject {
 #[derive(Debug)]
 struct Object {
     shapes: Rc<[ObjectShape]>,
-    /// Whether it has an instance.
+    /// Whether the object has an instance.
     is_placed: bool,
 }
 
@@ -113,7 +113,7 @@ struct Object {
 #[derive(Clone, Debug)]
 enum Geometry {
     Mesh(Rc<MeshData>),
-    /// A linear light, by its ends.
+    /// A linear light, given by its two ends.
     Line(DVec3, DVec3),
     /// A round shape that emits. Its facets depend on its transform.
     Round(Round),
@@ -122,7 +122,7 @@ enum Geometry {
 /// A block that has not been closed, such as after `AttributeBegin`.
 #[derive(Debug)]
 struct Block {
-    /// The directive that opened it.
+    /// The directive that opened the block.
     opener: &'static str,
     source: Arc<Source>,
     span: Span,
@@ -225,7 +225,7 @@ impl Loader {
         Ok(())
     }
 
-    /// `Include "file"`, and `Import "file"`, after which the graphics state is restored.
+    /// Executes `Include "file"`, and `Import "file"`, after which the graphics state is restored.
     fn include(&mut self, lexer: &mut Lexer, directive: Token) -> Result<()> {
         // Check the limits.
         let (name, token) = self.name(lexer, directive, "a file name")?;
@@ -266,7 +266,7 @@ impl Loader {
     }
 }
 
-/// Whether a name is in a list of names separated by blanks.
+/// Returns whether a name is in a list of names separated by blanks.
 fn is_one_of(name: &str, list: &str) -> bool {
     list.split(' ').any(|known| known == name)
 }

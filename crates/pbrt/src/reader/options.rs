@@ -80,7 +80,7 @@ const OPTIONS: &str = "disablepixeljitter disablewavelengthjitter displacemented
 const OF_THE_PICTURE: [&str; 2] = ["forcediffuse", "disabletexturefiltering"];
 
 impl Loader {
-    /// `Sampler "halton" …`, `Integrator "path" …`, `Accelerator "bvh" …`
+    /// Executes `Sampler "halton" …`, `Integrator "path" …`, `Accelerator "bvh" …`.
     pub(super) fn rendering_option(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         // Warn about unknown types.
         let (what, known) = match lexer.word(token) {
@@ -113,7 +113,7 @@ impl Loader {
         self.warn_unused(&params)
     }
 
-    /// `Option "bool name" true`
+    /// Executes `Option "bool name" true`.
     pub(super) fn option(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let params = Params::parse(lexer, "`Option`".into(), token.span)?;
         params.ignore_all_of(OPTIONS);

@@ -54,13 +54,13 @@ const TYPES: &[(&str, Type)] = &[
 const MAX_PARAMETERS: usize = 500;
 
 impl Type {
-    /// The name of the type in messages.
+    /// Returns the name of the type that messages use.
     fn name(self) -> &'static str {
         let named = TYPES.iter().find(|(_, ty)| *ty == self);
         named.map_or("", |(name, _)| name)
     }
 
-    /// The number of values that one element of this type has.
+    /// Returns the number of values in one element of this type, such as three for a point.
     const fn arity(self) -> usize {
         match self {
             Self::Point2 | Self::Vector2 => 2,
@@ -94,22 +94,23 @@ pub(crate) struct Param {
 }
 
 impl Param {
-    /// The location of the declaration, for messages.
+    /// Returns the location of the declaration, for messages.
     pub(crate) fn at(&self) -> Location<'_> {
         self.source.at(self.span)
     }
 
-    /// The location of the `k`-th value, for messages.
+    /// Returns the location of the `k`-th value, for messages.
     pub(crate) fn at_value(&self, k: usize) -> Location<'_> {
         self.source.at(self.value_span(k))
     }
 
-    /// The error for a value that is not valid for this parameter.
+    /// Returns the error for a value that is not valid for this parameter.
     pub(crate) fn bad(&self, message: impl Into<String>, label: &str) -> SceneError {
         self.at().error(ErrorKind::BadParameter, message, label)
     }
 
-    /// The position of the `k`-th value, found by reading the values again; only messages need it.
+    /// Returns the position of the `k`-th value, found by reading the values again; only messages
+    /// need it.
     pub(crate) fn value_span(&self, k: usize) -> Span {
         let mut lexer = Lexer::from_offset(Arc::clone(&self.source), self.value_span.start);
         let mut seen = 0;
@@ -128,7 +129,7 @@ impl Param {
         self.span
     }
 
-    /// The values, if they are numbers; otherwise empty.
+    /// Returns the values, if they are numbers; otherwise an empty slice.
     pub(crate) fn numbers(&self) -> &[f64] {
         match &self.values {
             Values::Numbers(n) => n,
@@ -136,7 +137,7 @@ impl Param {
         }
     }
 
-    /// The values, if they are strings; otherwise empty.
+    /// Returns the values, if they are strings; otherwise an empty slice.
     pub(crate) fn strings(&self) -> &[String] {
         match &self.values {
             Values::Strings(s) => s,
@@ -155,7 +156,7 @@ pub(crate) struct Params {
     /// The position of the directive and its name.
     pub(crate) span: Span,
     pub(crate) list: Vec<Rc<Param>>,
-    /// The names that were requested, for suggestions.
+    /// The names of parameters that the reader has requested so far, for suggestions.
     asked: RefCell<Vec<&'static str>>,
 }
 
@@ -191,12 +192,12 @@ impl Params {
         })
     }
 
-    /// The location of the directive, for messages.
+    /// Returns the location of the directive, for messages.
     pub(crate) fn at(&self) -> Location<'_> {
         self.source.at(self.span)
     }
 
-    /// An error that points at the directive.
+    /// Creates an error that points at the directive.
     pub(crate) fn error(
         &self,
         kind: ErrorKind,
@@ -206,12 +207,13 @@ impl Params {
         self.at().error(kind, message, label)
     }
 
-    /// The parameter of this name, of any type.
+    /// Returns the parameter of this name, of any type, without marking it as used; `None` if there
+    /// is none.
     pub(crate) fn named(&self, name: &str) -> Option<&Param> {
         self.list.iter().map(|p| &**p).find(|p| p.name == name)
     }
 
-    /// Whether there is a parameter of this name.
+    /// Returns whether there is a parameter of this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.named(name).is_some()
     }
@@ -226,7 +228,7 @@ impl Params {
         }
     }
 
-    /// The parameter of this name, if there is one; it must have one of the types.
+    /// Returns the parameter of this name, if there is one; it must have one of the types.
     pub(crate) fn find(&self, name: &'static str, types: &[Type]) -> Result<Option<&Param>> {
         self.asked.borrow_mut().push(name);
         let Some(param) = self.named(name) else {
@@ -246,8 +248,8 @@ impl Params {
         Err(param.bad(message, "wrong type"))
     }
 
-    /// The parameter of this name, if there is one; it must have one of the types, and a single
-    /// element.
+    /// Returns the parameter of this name, if there is one; it must have one of the types, and a
+    /// single element.
     fn single<'a>(&'a self, name: &'static str, types: &[Type]) -> Result<Option<&'a Param>> {
         let Some(param) = self.find(name, types)? else {
             return Ok(None);
@@ -265,24 +267,24 @@ impl Params {
         Err(self.wrong_count(param, format!("takes {arity} {values}, got {count}")))
     }
 
-    /// The error for a parameter with a wrong number of values.
+    /// Returns the error for a parameter with a wrong number of values.
     pub(crate) fn wrong_count(&self, param: &Param, what: impl fmt::Display) -> SceneError {
         let message = format!("parameter `{}` of {} {what}", param.name, self.owner);
         param.bad(message, "wrong number of values")
     }
 
-    /// The number of this name, if it is given.
+    /// Returns the number of this name, if it is given.
     pub(crate) fn float(&self, name: &'static str) -> Result<Option<f64>> {
         let param = self.single(name, &[Type::Float, Type::Integer])?;
         Ok(param.map(|p| p.numbers()[0]))
     }
 
-    /// The number of this name, or a default.
+    /// Returns the number of this name, or a default.
     pub(crate) fn float_or(&self, name: &'static str, default: f64) -> Result<f64> {
         Ok(self.float(name)?.unwrap_or(default))
     }
 
-    /// The number of this name, which must be greater than zero, or a default.
+    /// Returns the number of this name, which must be greater than zero, or a default.
     pub(crate) fn positive_or(&self, name: &'static str, default: f64) -> Result<f64> {
         let value = self.float_or(name, default)?;
         if value > 0.0 {
@@ -293,8 +295,8 @@ impl Params {
         Err(self.range_error(&[name], message, "must be greater than 0"))
     }
 
-    /// The error for a number out of its range. It points at the first of these parameters that is
-    /// given, or at the directive.
+    /// Returns the error for a number out of its range. It points at the first of these parameters
+    /// that is given, or at the directive.
     pub(crate) fn range_error(&self, names: &[&str], message: String, label: &str) -> SceneError {
         let given = self.list.iter().find(|p| names.contains(&p.name.as_str()));
         match given {
@@ -303,7 +305,7 @@ impl Params {
         }
     }
 
-    /// The integer of this name, if it is given.
+    /// Returns the integer of this name, if it is given.
     pub(crate) fn integer(&self, name: &'static str) -> Result<Option<i32>> {
         let param = self.single(name, &[Type::Integer])?;
         #[allow(
@@ -313,7 +315,7 @@ impl Params {
         Ok(param.map(|p| p.numbers()[0] as i32))
     }
 
-    /// The switch of this name, or a default.
+    /// Returns the switch of this name, or a default.
     pub(crate) fn bool_or(&self, name: &'static str, default: bool) -> Result<bool> {
         let param = self.single(name, &[Type::Bool])?;
         Ok(match param.map(|p| &p.values) {
@@ -322,14 +324,14 @@ impl Params {
         })
     }
 
-    /// The string of this name, if it is given.
+    /// Returns the string of this name, if it is given.
     pub(crate) fn string(&self, name: &'static str) -> Result<Option<&str>> {
         let param = self.text(name)?;
         Ok(param.map(|p| p.strings()[0].as_str()))
     }
 
-    /// The value of a string parameter that must be one of the words in a table; `what` names it in
-    /// messages.
+    /// Returns the value of a string parameter that must be one of the words in a table; `what`
+    /// names it in messages.
     pub(crate) fn choice<T: Copy>(
         &self,
         name: &'static str,
@@ -340,14 +342,15 @@ impl Params {
         word.map(|word| self.pick(what, word, words)).transpose()
     }
 
-    /// The value of a word of the directive, which must be in a table; `what` names it in messages.
+    /// Returns the value of a word of the directive, which must be in a table; `what` names it in
+    /// messages.
     pub(crate) fn pick<T: Copy>(&self, what: &str, word: &str, words: &[(&str, T)]) -> Result<T> {
         let found = words.iter().find(|(known, _)| *known == word);
         let unknown = || self.unknown(what, word, words.iter().map(|(known, _)| *known));
         found.map(|(_, value)| *value).ok_or_else(unknown)
     }
 
-    /// The error for an unknown name, with a suggestion.
+    /// Returns the error for an unknown name, with a suggestion.
     pub(crate) fn unknown<'a>(
         &self,
         what: &str,
@@ -363,13 +366,13 @@ impl Params {
         error.suggest(nearest(&name, known))
     }
 
-    /// The parameter of this name, if it is given; it must be one string.
+    /// Returns the parameter of this name, if it is given; it must be one string.
     pub(crate) fn text(&self, name: &'static str) -> Result<Option<&Param>> {
         self.single(name, &[Type::String])
     }
 
-    /// The list of numbers of this name, if it is given. Its length must be a multiple of the
-    /// type's arity (or of `multiple`, for plain floats).
+    /// Returns the list of numbers of this name, if it is given. Its length must be a multiple of
+    /// the type's arity (or of `multiple`, for plain floats).
     pub(crate) fn array(
         &self,
         name: &'static str,
@@ -387,7 +390,7 @@ impl Params {
         Err(self.wrong_count(param, what))
     }
 
-    /// The `N` numbers of this name, if they are given.
+    /// Returns the `N` numbers of this name, if they are given.
     pub(crate) fn fixed<const N: usize>(
         &self,
         name: &'static str,
@@ -416,7 +419,8 @@ impl Params {
         })
     }
 
-    /// Marks parameters as used that do not change the scene here, so that there is no warning.
+    /// Marks the parameters with these names as used, so that there is no warning about them. It is
+    /// for parameters that do not change the scene here.
     pub(crate) fn ignore(&self, names: &[&'static str]) {
         self.asked.borrow_mut().extend(names);
         let ignored = |p: &&Rc<Param>| names.contains(&p.name.as_str());
@@ -434,7 +438,8 @@ impl Params {
         self.list.iter().for_each(|p| p.used.set(true));
     }
 
-    /// The parameters that were not used, each with the most similar name that was requested.
+    /// Returns the parameters that were not used, each with the most similar name that was
+    /// requested.
     pub(crate) fn unused(&self) -> Vec<(&Param, Option<&'static str>)> {
         let asked = self.asked.borrow();
         let unused = self.list.iter().filter(|p| !p.used.get());
@@ -586,7 +591,7 @@ fn push_value(
     Err(lexer.error(ErrorKind::BadParameter, message, token.span, expected))
 }
 
-/// Whether a number is an integer of 32 bits.
+/// Returns whether a number is an integer of 32 bits.
 #[allow(
     clippy::float_cmp,
     reason = "asks whether the number is an integer, exactly"

@@ -21,11 +21,12 @@ const POINT: &[Type] = &[Type::Point3];
 /// The type of parameters that are vectors.
 const VECTOR: &[Type] = &[Type::Vector3];
 
-/// The number of cells along each side of a bilinear patch that is not flat.
+/// The number of cells along each side of a bilinear patch that is not flat. A flat patch becomes
+/// two triangles.
 const PATCH_CELLS: usize = 8;
 
 impl Loader {
-    /// `Shape "…" …`
+    /// Executes `Shape "…" …`.
     pub(super) fn shape(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         // Read the geometry and the holes.
         self.needs_world(lexer, token)?;
@@ -134,7 +135,8 @@ impl Loader {
         Ok(())
     }
 
-    /// Adds a round shape that emits, and warns if only its facets do.
+    /// Adds a round shape that emits, and warns if it becomes facets that emit instead of a round
+    /// light.
     fn add_round(&mut self, params: &Params, round: &Round, place: &Placement) -> Result<()> {
         let mesh = round.emissive_facets(&place.to_world.matrix3);
         let before = self.base.builder.round_light_count();
@@ -352,8 +354,8 @@ fn round(name: &str, params: &Params) -> Result<Round> {
     Ok(Round { kind, phi_max })
 }
 
-/// The reason why an emissive round shape is lit by its facets instead of the round light, for a
-/// warning; empty if it is a round light.
+/// Returns the reason why an emissive round shape is lit by its facets instead of the round light,
+/// for a warning; empty if it is a round light.
 fn why_facets(mesh: &MeshData, place: &Placement, is_round: bool) -> &'static str {
     let emits = |what: fn(&EmissionSpec) -> bool| place.emission.as_ref().is_some_and(what);
     let inwards = place.reverse || emits(|emission| emission.two_sided);
@@ -423,9 +425,9 @@ fn line(params: &Params) -> Result<Geometry> {
     Ok(Geometry::Line(end("p0")?, end("p1")?))
 }
 
-/// Whether the corners p00, p10, p01, p11 form a flat convex quadrilateral, for which two triangles
-/// are exact. It is also true for patches without area, too small for `f32` or too far away, about
-/// which there are messages when the mesh is added.
+/// Returns whether the corners p00, p10, p01, p11 form a flat convex quadrilateral, for which two
+/// triangles are exact. It is also true for patches without area, too small for `f32` or too far
+/// away, about which there are warnings when the mesh is added.
 fn is_flat([p00, p10, p01, p11]: [DVec3; 4]) -> bool {
     use PolygonError::{Count, NotConvex, NotPlanar};
     let polygon = ConvexPolygon::new(&[p00, p10, p11, p01]);

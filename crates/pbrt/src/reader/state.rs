@@ -51,7 +51,7 @@ impl Default for State {
 }
 
 impl State {
-    /// The default parameters for a kind of directive.
+    /// Returns the default parameters for a kind of directive.
     pub(super) fn defaults(&self, target: Target) -> Rc<Vec<Rc<Param>>> {
         Rc::clone(&self.defaults[target as usize])
     }

@@ -9,7 +9,8 @@ use linelit_geometry::{DVec2, DVec3};
 use linelit_scene::{ImageTexture, Texture, TextureFilter, UvMapping, Wrap};
 use std::sync::Arc;
 
-/// The largest number of nodes of a texture, so that its evaluation is cheap.
+/// The largest number of nodes of a texture's expression ([`Texture::cost`]); larger textures are
+/// refused, so that evaluation is cheap.
 const MAX_COST: usize = 256;
 
 /// The textures that pbrt has and linelit does not.
@@ -32,7 +33,7 @@ pub(super) const COLOUR: &[Type] = &[
 ];
 
 impl Loader {
-    /// `Texture "name" "spectrum" "imagemap" …`
+    /// Executes `Texture "name" "spectrum" "imagemap" …`.
     pub(super) fn texture(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, _) = self.name(lexer, token, "a texture's name")?;
         let (value_type, _) = self.name(lexer, token, "a texture's type")?;
@@ -272,7 +273,7 @@ impl Loader {
         self.texture_param(params, name, default, true)
     }
 
-    /// The texture that a parameter names, which has to be of the right type.
+    /// Returns the texture that a parameter names, which has to be of the right type.
     fn named_texture(
         &mut self,
         params: &Params,

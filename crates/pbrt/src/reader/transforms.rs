@@ -11,7 +11,7 @@ use linelit_geometry::{DMat4, DVec3};
 impl Loader {
     /// Executes a directive that changes or stores the current transform.
     pub(super) fn transform_directive(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
-        // Compute the next transform; new ones are applied before the current one.
+        // Compute the next transform: a new transform is applied to points before the current one.
         let ctm = self.state.ctm;
         let next = match lexer.word(token) {
             b"Identity" => DAffine3::IDENTITY,
@@ -130,12 +130,12 @@ impl Loader {
     }
 }
 
-/// The error for a directive whose transform is not valid.
+/// Returns the error for a directive whose transform is not valid.
 fn bad_transform(lexer: &Lexer, token: Token, message: &str) -> SceneError {
     lexer.error(ErrorKind::BadTransform, message, token.span, "")
 }
 
-/// The rotation by an angle in degrees about a unit axis, exact for multiples of 90°.
+/// Returns the rotation by an angle in degrees about a unit axis, exact for multiples of 90°.
 fn rotation(degrees: f64, axis: DVec3) -> DAffine3 {
     let turn = degrees.rem_euclid(360.0);
     let exact = [
@@ -152,8 +152,8 @@ fn rotation(degrees: f64, axis: DVec3) -> DAffine3 {
     DAffine3::from_mat3(DMat3::from_cols(columns[0], columns[1], columns[2]))
 }
 
-/// The transform of pbrt's `LookAt`, from world to camera, where the camera looks along +z and x is
-/// to the right of `up` (a left-handed system).
+/// Returns the transform of pbrt's `LookAt`, from world to camera, where the camera looks along +z
+/// and x is to the right of `up` (a left-handed system).
 fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> std::result::Result<DAffine3, &'static str> {
     let forward = (target - eye)
         .try_normalize()

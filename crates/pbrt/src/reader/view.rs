@@ -11,9 +11,9 @@ use linelit_geometry::glam::DAffine3;
 use linelit_scene::{Camera, FilmSettings, Projection};
 use std::sync::Arc;
 
-/// The largest number of pixels along a side.
+/// The largest number of pixels along a side of the film; larger films are refused.
 const MAX_SIDE: i32 = 1 << 16;
-/// The largest number of pixels in all.
+/// The largest number of pixels of the film in all; larger films are refused.
 const MAX_PIXELS: i64 = 1 << 28;
 
 /// The camera, film and filter as far as the file has described them.
@@ -26,7 +26,7 @@ pub(super) struct View {
     pub(super) is_v4: bool,
 }
 
-/// Half the width of a reconstruction filter.
+/// Half the width of a reconstruction filter, in pixels.
 #[derive(Debug)]
 struct PixelFilter {
     /// The radii in the file, across and down.
@@ -42,7 +42,7 @@ struct CameraSettings {
     projection: Projection,
     screen_window: Option<[f64; 4]>,
     frame_aspect_ratio: Option<f64>,
-    /// The time for which the shutter is open.
+    /// The time for which the shutter is open, `shutterclose` − `shutteropen`.
     shutter: f64,
     /// The position of the directive in the file.
     place: Option<(Arc<Source>, Span)>,
@@ -95,8 +95,8 @@ impl View {
 }
 
 impl CameraSettings {
-    /// The factor of the picture by the time for which the shutter is open: the time itself in
-    /// version 4, and one in version 3. The film decides the version; without a film there is a
+    /// Returns the factor of the picture by the time for which the shutter is open: the time itself
+    /// in version 4, and one in version 3. The film decides the version; without a film there is a
     /// warning if the time is not one.
     fn exposure(&self, is_v4: Option<bool>, warnings: &mut Warnings) -> Result<f64> {
         let usual = (self.shutter - 1.0).abs() <= 0.0;
@@ -124,7 +124,7 @@ impl CameraSettings {
 }
 
 impl Loader {
-    /// `Camera "perspective" …`: the current transform is from world to camera.
+    /// Executes `Camera "perspective" …`: the current transform is from world to camera.
     pub(super) fn camera(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         // Check the transform, and make it the coordinate system `camera`.
         let (name, params) = self.named_params(lexer, token, "camera")?;
@@ -219,7 +219,7 @@ impl Loader {
         Err(params.error(ErrorKind::Nesting, message, "belongs before the world"))
     }
 
-    /// `Film "image" …`, `Film "rgb" …`
+    /// Executes `Film "image" …`, `Film "rgb" …`.
     pub(super) fn film(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "film")?;
         self.before_world(&params, "Film")?;
@@ -260,7 +260,8 @@ impl Loader {
         Ok(())
     }
 
-    /// The factor by which a film scales radiance; warns about other processing of the picture.
+    /// Returns the factor by which a film scales radiance, and warns about other processing of the
+    /// picture.
     fn film_scale(&mut self, name: &str, params: &Params) -> Result<f64> {
         // Ignore the size of the sensor, which matters to realistic cameras only.
         params.ignore(&["diagonal", "filename"]);
@@ -294,7 +295,8 @@ impl Loader {
         Ok(exposure * (params.positive_or("iso", 100.0)? / 100.0))
     }
 
-    /// Warns that a film clamps values, which is not done here.
+    /// Warns that a film clamps values to the parameter of this name, if it is given: linelit does
+    /// not clamp.
     fn unclamped(&mut self, params: &Params, name: &'static str) -> Result<()> {
         if params.float(name)?.is_none() {
             return Ok(());
@@ -304,7 +306,7 @@ impl Loader {
         self.base.unsupported(message, label, params.at())
     }
 
-    /// `PixelFilter "box" …`
+    /// Executes `PixelFilter "box" …`.
     pub(super) fn pixel_filter(&mut self, lexer: &mut Lexer, token: Token) -> Result<()> {
         let (name, params) = self.named_params(lexer, token, "filter")?;
         self.before_world(&params, "PixelFilter")?;

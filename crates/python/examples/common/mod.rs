@@ -8,7 +8,7 @@ use std::path::PathBuf;
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    /// The folder that is the first argument of the program.
+    /// Returns the folder that is the first argument of the program.
     pub(crate) fn of_arguments() -> Result<Self, Box<dyn Error>> {
         Ok(Self(std::env::args().nth(1).ok_or("no folder")?.into()))
     }

@@ -11,8 +11,8 @@ use rand::seq::SliceRandom as _;
 use rand_pcg::Pcg64Mcg;
 use std::time::Instant;
 
-/// The largest number of integrals that are timed together. With this many, reading the clock takes
-/// a negligible part of the time.
+/// The largest number of integrals that are timed together, as a chunk. With this many, reading the
+/// clock takes a negligible part of the time.
 const CHUNK: usize = 16;
 
 /// The largest number of samples, over all integrals of a chunk, that are timed together (unless a
@@ -68,8 +68,8 @@ pub struct Contest<S> {
     pub truth: Vec<DVec3>,
 }
 
-/// The sums of one estimator at one number of samples while it is measured: the least time of each
-/// chunk, and the squared and relative squared errors.
+/// The running sums of an entry, which is one estimator at one number of samples, while the entry
+/// is measured: the least time of each chunk, and the squared and relative squared errors.
 struct EntrySums<'a, S> {
     settings: &'a S,
     samples: u32,
@@ -89,7 +89,7 @@ pub fn contest<P: Problem>(problem: &P, what: &Contest<P::Settings>) -> Vec<Curv
         problem.integrals(),
         "a value per integral"
     );
-    // Give each estimator a lane for each of its numbers of samples.
+    // Make empty sums, called a lane here, for each estimator and each of its numbers of samples.
     let mut workspace = P::Workspace::default();
     let mut lanes = Vec::new();
     for (settings, samples) in &what.entries {

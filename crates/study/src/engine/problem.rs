@@ -61,8 +61,8 @@ pub struct Counts {
     pub triangle_tests: u64,
     /// The number of visible intervals found.
     pub intervals: u64,
-    /// The number of tests against triangles past which light was integrated in closed form (not in
-    /// the tables).
+    /// The number of tests against triangles made while light was integrated in closed form over
+    /// the part of a light that these triangles do not hide (not in the tables).
     pub exact_tests: u64,
 }
 
@@ -131,7 +131,7 @@ pub struct Design<S> {
     /// The largest number of rounds of a computed reference, at least one.
     pub reference_rounds: u32,
     /// The least processor time, in seconds, for which each method is measured at each number of
-    /// samples.
+    /// samples; shorter measurements are repeated until this time is reached.
     pub cell_seconds: f64,
 }
 

@@ -7,8 +7,8 @@ use linelit_geometry::DVec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The first seed of a reference, far from the seed of any trial, so that references and trials are
-/// independent.
+/// The first seed of a computed reference, which is a number that no trial uses as its seed, so
+/// that references and trials are independent.
 const REFERENCE_SEED: u64 = 0x5EED_0F7E_FE7E_4CE5;
 
 /// The reference value of each integral, with its variance.
@@ -87,7 +87,8 @@ pub(super) struct Replicates {
 }
 
 impl Replicates {
-    /// Returns the moments of the replicates of one integral.
+    /// Returns the number, the mean and the sum of squared deviations (M2) of the replicates of one
+    /// integral.
     fn of(values: &[DVec3]) -> Self {
         let mean = values.iter().copied().sum::<DVec3>() / values.len() as f64;
         let square: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
@@ -98,8 +99,8 @@ impl Replicates {
         }
     }
 
-    /// Adds other replicates (Chan, Golub & LeVeque 1983, eq. 2.1). If there were none before, the
-    /// others are taken over unchanged.
+    /// Adds other replicates of the same integral (Chan, Golub & LeVeque 1983, eq. 2.1). If there
+    /// were none before, the other moments are copied unchanged.
     fn join(&mut self, other: &Self) {
         if self.count == 0 {
             *self = *other;
@@ -114,7 +115,7 @@ impl Replicates {
         self.square = (square + (s + distance * distance * (a * b / (a + b)))).into();
     }
 
-    /// Returns the variance of the mean.
+    /// Returns the variance of the mean of the replicates, M2/(n(n − 1)), for each channel.
     fn variance(&self) -> DVec3 {
         let n = f64::from(self.count);
         DVec3::from(self.square) / ((n - 1.0) * n)
@@ -124,7 +125,7 @@ impl Replicates {
 /// One round of a computed reference on a range of integrals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferencePart {
-    /// The number of the first integral.
+    /// The index of the first integral of the range.
     first: usize,
     replicates: Vec<Replicates>,
 }
@@ -148,8 +149,9 @@ impl ReferencePart {
         }
     }
 
-    /// Adds these replicates to the replicates of all integrals. The result has the same bits
-    /// whenever parts are added in the same order; replicates beyond the last integral are ignored.
+    /// Adds the replicates of this part to the replicates of all integrals. The result has the same
+    /// bits whenever parts are added in the same order; replicates beyond the last integral are
+    /// ignored.
     pub(super) fn add_to(&self, all: &mut [Replicates]) {
         for (own, part) in all.iter_mut().skip(self.first).zip(&self.replicates) {
             own.join(part);

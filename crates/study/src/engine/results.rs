@@ -37,9 +37,11 @@ pub struct CellResult {
 }
 
 impl CellResult {
-    /// Computes the errors from the sums of a complete part.
+    /// Computes the errors from the sums of `part`, which must cover all integrals. Sums over
+    /// integrals are divided by a number of `pixels`.
     fn new<S>(part: CellPart, method: &Method<S>, samples: u32, pixels: usize) -> Self {
         let (score, counts) = (part.sums.score(pixels), part.counts);
+        // Make the row of the tables; whoever adds it to a record names the scene and the pixels.
         let row = ResultRow {
             scene: String::new(),
             pixels: String::new(),

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
 
-/// The number of integrals that a thread takes at a time. With this many, reading the clock takes a
-/// negligible part of the time.
+/// The number of integrals that a thread estimates between two readings of the clock. With this
+/// many, reading the clock takes a negligible part of the time.
 const CHUNK: usize = 16;
 
 /// The least processor time of a timed pass, in seconds, where there is enough work. In this time
@@ -33,7 +33,8 @@ pub struct Cell<S> {
     pub trials: u32,
 }
 
-/// Every `step`-th integral of a problem: `first`, `first + step`, … `count` of them.
+/// A range of a problem's integrals: the `count` integrals with the indices `first`, `first +
+/// step`, `first + 2 step`, ….
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub(super) first: usize,
@@ -56,7 +57,7 @@ impl From<Range<usize>> for Span {
 pub struct CellRun<S> {
     /// The cell that was run.
     pub cell: Cell<S>,
-    /// The integrals that it was run on.
+    /// The integrals that the cell was run on.
     pub(super) span: Span,
     /// The estimates: `values[integral * trials + trial]`.
     pub values: Vec<DVec3>,
@@ -99,7 +100,7 @@ const fn trial_seed(first: u64, trial: u32) -> u64 {
     first.wrapping_add((trial as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// Returns how often work that takes `one` seconds fits into `seconds`, at least once.
+/// Returns how many times work that takes `one` seconds fits into `seconds`; at least 1.
 fn times_into(seconds: f64, one: f64) -> u32 {
     #[allow(
         clippy::cast_possible_truncation,
@@ -110,7 +111,7 @@ fn times_into(seconds: f64, one: f64) -> u32 {
 }
 
 /// Runs a cell on all integrals. The trials are timed in passes over all integrals, each of as many
-/// trials as take a while together. The values depend neither on these passes nor on the number of
+/// trials as take 10 ms together. The values depend neither on these passes nor on the number of
 /// threads.
 #[must_use]
 pub fn run_cell<P: Problem>(problem: &P, cell: Cell<P::Settings>) -> CellRun<P::Settings> {

@@ -47,8 +47,9 @@ pub struct Score {
     pub trial_variance: Vec<f64>,
 }
 
-/// The fraction of the power below which a variance is rounding: (10⁻⁹)². Closed forms in `f64`
-/// leave (10⁻¹²)² and less, 10¹⁶ independent samples leave a hundred times more.
+/// The variance, as a fraction of the power of the estimates, below which a variance counts as
+/// rounding and is set to zero: (10⁻⁹)². Closed forms in `f64` leave (10⁻¹²)² and less, 10¹⁶
+/// independent samples leave a hundred times more.
 const ROUNDING: f64 = 1e-18;
 
 /// Scores a run against a reference; sums over integrals are divided by a number of `pixels`.
@@ -73,7 +74,8 @@ pub(super) struct TrialSums {
 }
 
 impl TrialSums {
-    /// Sums the errors of a run, which may cover only some of the reference's integrals.
+    /// Returns the sums of the errors of a run, which may cover only some of the reference's
+    /// integrals.
     pub(super) fn of<S>(run: &CellRun<S>, reference: &Reference) -> Self {
         let trials = run.cell.trials as usize;
         let mut sums = Self {
@@ -113,7 +115,7 @@ impl TrialSums {
         }
     }
 
-    /// Adds the sums over other integrals, with as many trials.
+    /// Adds the sums over other integrals, which must have the same number of trials.
     pub(super) fn join(&mut self, other: &Self) {
         let add = |ours: &mut [f64], theirs: &[f64]| {
             for (a, b) in ours.iter_mut().zip(theirs) {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The processor and wall times of passes over all integrals, or over blocks of them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
-    /// The passes over each block of integrals.
+    /// The passes over each block of integrals: one list of passes for each block.
     blocks: Vec<Vec<PassTime>>,
 }
 
@@ -37,7 +37,8 @@ impl Times {
         (passes().map(|p| p.cpu).sum(), passes().count())
     }
 
-    /// Returns the sum over blocks of `of` applied to their passes; NaN where there are no blocks.
+    /// Returns the sum over all blocks of `of(passes)`, where `passes` are the passes over a block;
+    /// NaN if there are no blocks.
     fn sum(&self, of: impl Fn(&[PassTime]) -> f64) -> f64 {
         if self.blocks.is_empty() {
             return f64::NAN;

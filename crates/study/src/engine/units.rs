@@ -25,7 +25,7 @@ use std::ops::Range;
 pub enum Unit {
     /// One round of the reference on some integrals.
     Reference {
-        /// The number of the round.
+        /// The index of the round, from 0.
         round: u32,
         /// The integrals.
         integrals: Range<usize>,
@@ -33,7 +33,7 @@ pub enum Unit {
     /// Measurements that are timed in turns: several measurements of all integrals, or one
     /// measurement of all or some integrals.
     Cells {
-        /// The numbers of the measurements in the order of [`Design::cells`].
+        /// The indices of the measurements in the order of [`Design::cells`].
         cells: Range<usize>,
         /// The integrals.
         integrals: Range<usize>,
@@ -46,7 +46,7 @@ pub enum Unit {
 pub struct Planned {
     /// The unit.
     pub unit: Unit,
-    /// The estimate of its processor time, in seconds.
+    /// The estimate of the unit's processor time, in seconds.
     pub seconds: f64,
 }
 
@@ -59,7 +59,7 @@ pub enum Part {
     Cells(Vec<CellPart>),
 }
 
-/// Serializes a part, or any other value, so that [`from_bytes`] restores it.
+/// Serializes a part, or any other value, to bytes from which [`from_bytes`] restores it.
 #[must_use]
 pub fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     // Serialization into memory cannot fail; if it did, `from_bytes` would refuse the empty bytes.
@@ -109,7 +109,8 @@ impl CellPart {
 /// The processor's name for a measurement that was timed on several processors.
 const SEVERAL: &str = "several";
 
-/// The processor time, in seconds, that a unit aims at.
+/// The processor time, in seconds, that units should take: longer measurements are cut into several
+/// units, and shorter ones share a unit.
 const UNIT_SECONDS: f64 = 2.0;
 
 /// The largest number of units of a problem, in addition to one for each measurement.
@@ -119,9 +120,11 @@ const MOST_UNITS: f64 = 1e5;
 /// many again while they are copied). A unit of a single integral may have more.
 pub const BLOCK_ESTIMATES: usize = 1 << 22;
 
-/// The number of integrals of a pilot, spread over all of them, and the number of trials of each.
+/// The largest number of integrals of a pilot; they are at equal steps over all integrals.
 const PILOT_INTEGRALS: usize = 64;
+/// The number of trials of each integral of a pilot.
 const PILOT_TRIALS: u32 = 2;
+/// The seed of the first trial of a pilot.
 const PILOT_SEED: u64 = 0x0911_0700_0911_0701;
 
 /// A problem, its true values, and the design of what is measured on it.

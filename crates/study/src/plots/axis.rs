@@ -43,12 +43,12 @@ impl LogAxis {
         }
     }
 
-    /// Returns the axis stretched over these pixels.
+    /// Returns the same axis, drawn from the pixel `from` to the pixel `to`.
     pub(crate) fn over(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
 
-    /// Returns the pixel of a value; values beyond the axis lie at its ends.
+    /// Returns the position of a value in pixels; values beyond the axis lie at its ends.
     pub(crate) fn pixel(&self, value: f64) -> f64 {
         let value = value.clamp(self.low, self.high);
         let t = ln(value / self.low) / ln(self.high / self.low);
@@ -103,7 +103,7 @@ impl LogAxis {
     }
 }
 
-/// Returns a tick's label.
+/// Returns the label of the tick at `value`.
 pub(crate) fn label(value: f64, unit: Unit) -> String {
     match unit {
         Unit::Count => format!("{value}"),

@@ -70,8 +70,9 @@ pub struct ConvergencePlot {
     pub palette: Palette,
 }
 
-/// The margins of the plot, in pixels.
+/// The left margin of the plot, in pixels.
 const LEFT: f64 = 64.0;
+/// The right margin of the plot, in pixels.
 const RIGHT: f64 = 22.0;
 /// The distance between panels, in pixels.
 const GAP: f64 = 18.0;
@@ -160,7 +161,8 @@ pub(crate) fn efficiency_over_samples(
     }
 }
 
-/// Returns the root mean squared error and its standard error, at no x yet.
+/// Returns a point at the root mean squared error of a row, with its standard error. The x of the
+/// point is not set yet.
 fn rmse(row: &ResultRow) -> PlotPoint {
     let rmse = row.mse.sqrt();
     PlotPoint {
@@ -261,7 +263,7 @@ impl ConvergencePlot {
         points.filter(|point| point.is_drawn())
     }
 
-    /// Returns the x of all points that can be drawn.
+    /// Returns the x coordinates of all points that can be drawn.
     fn abscissae(&self) -> impl Iterator<Item = f64> {
         self.points().map(|point| point.x)
     }

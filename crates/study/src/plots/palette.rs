@@ -77,7 +77,7 @@ impl Palette {
         Self { indices }
     }
 
-    /// Returns the number of an estimator's colour and mark; an unknown name gets the grey of
+    /// Returns the index of an estimator's colour and mark; an unknown name gets the grey of
     /// `exact`.
     #[must_use]
     pub fn index(&self, name: &str) -> usize {

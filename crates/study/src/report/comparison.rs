@@ -28,7 +28,7 @@ pub struct Named<'a> {
     pub image: &'a Image,
     /// The name in captions, a few words.
     pub name: &'a str,
-    /// The processor seconds that it took.
+    /// The processor seconds that the picture took.
     pub seconds: f64,
 }
 
@@ -38,10 +38,11 @@ const DETAIL: u32 = 8;
 /// The number of details of a picture.
 const DETAILS: usize = 2;
 
-/// The fraction of the pixels whose error is within the scale of the map.
+/// The fraction of the pixels whose error is below the upper end of the map's scale; larger errors
+/// have the brightest colour.
 const SHOWN: f64 = 0.999;
 
-/// The ratio of the scale's lower end to its upper one.
+/// The ratio of the lower end of the error maps' logarithmic scale to its upper end.
 const SPAN: f64 = 1e-3;
 
 impl Comparison {

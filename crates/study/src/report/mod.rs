@@ -36,7 +36,7 @@ pub struct Report {
     pub sections: Vec<Section>,
     /// The settings and circumstances: name and value.
     pub facts: Vec<(String, String)>,
-    /// The command that repeats it all.
+    /// The command that makes the same page again.
     pub command: String,
 }
 
@@ -75,7 +75,7 @@ pub struct Entry {
 pub struct Section {
     /// The heading.
     pub title: String,
-    /// One sentence under it.
+    /// The sentence under the heading.
     pub lead: String,
     /// Two pictures under a slider.
     pub comparison: Option<Comparison>,
@@ -144,7 +144,7 @@ impl Picture {
 /// A plot with its caption.
 #[derive(Clone, Debug)]
 pub struct Plot {
-    /// The SVG, as [`crate::plots`] makes it.
+    /// The plot as SVG text, as [`crate::plots`] makes it.
     pub svg: String,
     /// The caption below the plot.
     pub caption: String,
@@ -205,8 +205,8 @@ impl Cell {
         }
     }
 
-    /// Creates a cell of a number that is already formatted. It is sorted by the number that the
-    /// text reads as, if it does.
+    /// Creates a cell of a number that is already formatted. Tables are sorted by the number that
+    /// the text represents, if it represents one.
     #[must_use]
     pub fn number(text: impl Into<String>) -> Self {
         let text = text.into();
@@ -224,7 +224,8 @@ impl Cell {
         Self::number(scientific(value)).sorted_by(value)
     }
 
-    /// Returns the cell with a number to sort it by; none if the number is not finite.
+    /// Returns the cell with the number by which tables sort it; a number that is not finite is
+    /// ignored.
     #[must_use]
     pub fn sorted_by(self, value: f64) -> Self {
         Self {

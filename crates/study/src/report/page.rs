@@ -45,7 +45,7 @@ impl Report {
         .into_string()
     }
 
-    /// The title, the summary, and links to the sections.
+    /// Returns the markup of the title, the summary, and links to the sections.
     fn head(&self) -> Markup {
         html! {
             p.brand { "linelit" }
@@ -65,7 +65,8 @@ impl Report {
         }
     }
 
-    /// The section that says by which command, version and settings the page was made.
+    /// Returns the markup of the section that says by which command, version and settings the page
+    /// was made.
     fn circumstances(&self) -> Markup {
         html! {
             section #circumstances {
@@ -84,7 +85,7 @@ impl Report {
     }
 }
 
-/// A list of names with their meanings and sources.
+/// Returns the markup of a list of names with their meanings and sources.
 fn entries(list: &[Entry]) -> Markup {
     html! {
         dl.entries {
@@ -103,7 +104,8 @@ fn entries(list: &[Entry]) -> Markup {
     }
 }
 
-/// Two pictures under a slider, the details below it, and the maps of the errors.
+/// Returns the markup of a comparison: two pictures under a slider, the magnified details below the
+/// slider, and the maps of the errors.
 fn comparison(part: &Comparison) -> Markup {
     let [left, right] = &part.sides;
     html! {
@@ -133,7 +135,8 @@ fn comparison(part: &Comparison) -> Markup {
     }
 }
 
-/// A section with its pictures, plots, tables and notes.
+/// Returns the markup of a section with its pictures, plots, tables and notes. `id` is the target
+/// of links to the section.
 fn section(id: &str, part: &Section) -> Markup {
     html! {
         section id=(id) {
@@ -157,8 +160,8 @@ fn section(id: &str, part: &Section) -> Markup {
     }
 }
 
-/// A picture with its scale and caption. The style sheet magnifies small pictures, and lets a large
-/// one take the whole width if it is alone.
+/// Returns the markup of a picture with its scale and caption. The style sheet magnifies small
+/// pictures, and lets a large one take the whole width if it is alone.
 fn figure(picture: &Picture) -> Markup {
     let small = picture.width.max(picture.height) <= 128;
     let wide = picture.width >= 512;
@@ -186,7 +189,7 @@ fn end(value: f64) -> String {
     }
 }
 
-/// A picture that is embedded in the page.
+/// Returns the markup of a picture that is embedded in the page.
 fn image(picture: &Picture, class: &str) -> Markup {
     let source = format!("data:image/png;base64,{}", STANDARD.encode(&picture.png));
     html! {
@@ -195,7 +198,8 @@ fn image(picture: &Picture, class: &str) -> Markup {
     }
 }
 
-/// A table under its caption; a folded one appears on a click on the caption.
+/// Returns the markup of a table under its caption; a folded table appears on a click on the
+/// caption.
 fn folded(content: &Table) -> Markup {
     if content.folded {
         return html! {
@@ -220,7 +224,7 @@ fn scroll(name: &str, content: &Markup) -> Markup {
     html! { div.scroll tabindex="0" role="group" aria-label=(name) { (content) } }
 }
 
-/// A table. A column is aligned to the right if its first cell is numeric.
+/// Returns the markup of a table. A column is aligned to the right if its first cell is numeric.
 fn table(content: &Table) -> Markup {
     let numeric = |column: usize| {
         content
@@ -255,7 +259,7 @@ fn table(content: &Table) -> Markup {
     }
 }
 
-/// A cell of a table, with the heading that it shows on narrow pages.
+/// Returns the markup of a cell of a table, with the heading that the cell shows on narrow pages.
 fn cell(cell: &Cell, heading: Option<&String>) -> Markup {
     // Long texts may break into lines, so that the columns after them stay in sight.
     const NAME: usize = 40;

@@ -96,8 +96,9 @@ fn times_on(record: &StudyRecord, processor: &str, palette: &Palette) -> Option<
     })
 }
 
-/// Returns the plots of a study by the names of their files: `SCENE-samples.svg`, `SCENE-time.svg`,
-/// `SCENE-efficiency.svg`. Times are taken from the processor that ran the most measurements.
+/// Returns the SVG plots of a study, each with the name of its file: `SCENE-samples.svg`,
+/// `SCENE-time.svg`, `SCENE-efficiency.svg`. Times are taken from the processor that ran the most
+/// measurements.
 #[must_use]
 pub fn plot_files(record: &StudyRecord) -> Vec<(String, String)> {
     let first = record.processors().first().copied().unwrap_or_default();
@@ -124,6 +125,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> [(&'stat
         svg,
         caption: caption.to_owned(),
     };
+    // Plot the error over the samples, then over the time.
     let samples = plot(
         plots::error_over_samples(scene, rows, palette).render(),
         "Error over samples. Dashed: the orders −0.5, −1 and −1.5 from the worst estimator's first \
@@ -135,6 +137,7 @@ fn scene_plots(record: &StudyRecord, scene: &str, palette: &Palette) -> [(&'stat
          same place is better; open marks have no noise from that time on. Bars along the axis: one \
          standard deviation over passes.",
     );
+    // Plot the efficiency over the samples.
     let efficiency = plot(
         plots::efficiency_over_samples(scene, rows, palette).render(),
         &(efficiency_words(rows, scene) + " Open marks on the upper edge: no noise."),
@@ -259,7 +262,8 @@ fn at_most_samples(record: &StudyRecord, scene: &SceneRecord) -> Table {
     Table::new(caption, columns.split(','), body)
 }
 
-/// The error for which times are reported, relative to the root mean square of the reference.
+/// The error for which the table reports the time to reach it: the root mean squared error, as a
+/// fraction of the root mean square of the reference.
 const PERCENT: f64 = 0.01;
 
 /// The measures that are smaller for a better estimator: MSE, MRSE, and MSE · time.
@@ -349,6 +353,7 @@ fn error_of_time(row: &ResultRow) -> String {
 /// Returns the folded table of all measurements on a scene.
 fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     let rows = rows_of(record, scene);
+    // Make a row of each measurement: what was measured, its errors and its bias, and what it cost.
     let body = rows.iter().map(|row| {
         let test = row.bias_test();
         vec![
@@ -379,7 +384,8 @@ fn all_rows(record: &StudyRecord, scene: &SceneRecord) -> Table {
     }
 }
 
-/// The least number of trials from which a bias is tested: fewer say little about their own spread.
+/// The least number of trials of a measurement whose bias is tested. Measurements with fewer trials
+/// are not tested, as these say little about their own spread.
 const LEAST_TRIALS: u32 = 8;
 
 /// Returns a sentence on the least likely of all biases of a study; `None` if no bias could be

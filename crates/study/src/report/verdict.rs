@@ -6,8 +6,8 @@ use crate::plots::{seconds, short};
 use crate::tables::{Family, ResultRow, StudyRecord};
 use std::collections::BTreeSet;
 
-/// The number of lines whose error points are compared with. If it was not measured, the next
-/// smaller measured number takes its place.
+/// The number of line samples whose error is compared with the error of points. If this number was
+/// not measured, the next smaller measured number is used.
 const LINES: u32 = 16;
 
 /// The best lines of a scene at one number of samples, and the times in which points and noiseless
@@ -40,8 +40,9 @@ impl Verdict {
         scenes.filter_map(|s| Self::of(record, &s.scene)).collect()
     }
 
-    /// Returns the verdict at the largest number of lines, up to [`LINES`], whose error points
-    /// reach; or at the largest number up to it, if points reach none.
+    /// Returns the verdict at the largest number of lines, up to [`LINES`], whose error is also
+    /// reached by points. If points reach none of these errors, it is the verdict at the largest
+    /// number of lines up to [`LINES`].
     fn of(record: &StudyRecord, scene: &str) -> Option<Self> {
         let rows = record.rows.iter().filter(|row| row.scene == scene);
         let counts: BTreeSet<u32> = rows.map(|row| row.samples).collect();

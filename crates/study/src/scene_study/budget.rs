@@ -8,10 +8,10 @@ use std::mem::discriminant;
 /// A budget of some seconds for the units of a study.
 ///
 /// A unit is begun only if the whole result that it belongs to is expected to end in time,
-/// according to the plan's estimates and the speed so far. A result is a measurement together with
-/// its reference, or a picture. Each view has an equal part of the time, in addition to what the
-/// views before it did not use. If its pictures are expected to take at most a quarter of its part,
-/// measurements leave time for them.
+/// according to the plan's estimates and the measured speed of the units before it. A result is a
+/// measurement together with its reference, or a picture. Each view has an equal part of the time,
+/// in addition to what the views before it did not use. If its pictures are expected to take at
+/// most a quarter of its part, measurements leave time for them.
 #[derive(Debug)]
 pub struct TimeBudget {
     units: Vec<PlannedUnit>,
@@ -24,22 +24,24 @@ pub struct TimeBudget {
     left_out: Vec<bool>,
 }
 
-/// The reason why a unit is left out: the seconds that it would take, and the seconds that are
-/// left.
+/// The reason why a unit is left out: its result needs more seconds than are left.
 #[derive(Clone, Copy, Debug)]
 pub struct Shortage {
-    /// The expected seconds.
+    /// The expected seconds up to the end of the result that the unit belongs to.
     pub expected: f64,
     /// The seconds that are left.
     pub left: f64,
-    /// Whether it is the first of its kind and view that does not fit.
+    /// Whether this is the first unit of its kind and view that does not fit, about which a message
+    /// is printed.
     pub is_first: bool,
 }
 
-/// The largest part of a view's time that is set aside for its pictures.
+/// The largest fraction of a view's time that is set aside for its pictures. If they are expected
+/// to take more, no time is set aside for them.
 const PICTURES: f64 = 0.25;
 
-/// The weight of the speed that the plan assumes: it counts like one second of measured time.
+/// The weight, in seconds of measured time, of the speed that the plan assumes, when it is averaged
+/// with the measured speed.
 const PRIOR_SECONDS: f64 = 1.0;
 
 impl TimeBudget {
@@ -61,7 +63,7 @@ impl TimeBudget {
     /// units that have to be computed, in their order.
     ///
     /// # Errors
-    /// If it is left out.
+    /// [`Shortage`] if the unit is left out.
     pub fn begin(&mut self, number: usize, now: f64) -> Result<(), Shortage> {
         let Some(unit) = self.units.get(number) else {
             return Ok(());
@@ -110,7 +112,8 @@ impl TimeBudget {
         (passed + PRIOR_SECONDS) / (self.guessed + PRIOR_SECONDS * self.threads)
     }
 
-    /// Returns the time at which the views before this one should be finished.
+    /// Returns the time, in seconds since the budget was made, at which the views before this one
+    /// should be finished.
     fn share_until(&self, view: usize) -> f64 {
         let views = self.units.last().map_or(1, |last| last.unit.view + 1);
         self.seconds * view as f64 / views as f64

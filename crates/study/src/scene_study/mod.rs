@@ -55,7 +55,7 @@ impl<'a> Targets<'a> {
         Truth::Computed(spec::method(self.true_settings(spheres)))
     }
 
-    /// Returns the settings of the method of [`Targets::truth`].
+    /// Returns the settings of the method of [`Targets::truth`]: its estimator and its sampler.
     #[must_use]
     pub fn true_settings(&self, spheres: Spheres) -> Settings {
         let closed = self.points.iter().all(|(_, p)| p.has_closed_form());

@@ -39,23 +39,25 @@ struct Pixels {
     rgb: Vec<[f32; 3]>,
 }
 
-/// The two numbers of samples by which the cost of a picture is measured: the time of each sample,
-/// and the set-up before the first.
+/// The two numbers of light samples with which a picture is timed to find its cost: the time of
+/// each sample, and the set-up before the first.
 const PROBES: [u32; 2] = [4, 32];
 
 /// The samples and trials of the true picture, where no estimator is without noise.
 pub(super) const TRUE_SAMPLES: u32 = 256;
 pub(super) const TRUE_TRIALS: u32 = 4;
 
-/// How often each of the two pictures is timed again, in turns, and after how many measured seconds
-/// this ends.
+/// How many times each of the two pictures is timed again, in turns; a picture that has been timed
+/// for [`TIMED_SECONDS`] is not timed again.
 const TIMES: u32 = 4;
+/// The measured processor seconds after which a picture is not timed again.
 const TIMED_SECONDS: f64 = 0.5;
 
 /// The processor seconds for which both pictures together are timed.
 pub(super) const DUEL_SECONDS: f64 = 2.0 * TIMES as f64 * TIMED_SECONDS;
 
-/// The shading points, the study and the size of the pictures of a scene.
+/// Renders the pictures of one scene: it has the shading points, the study and the size of the
+/// pictures.
 struct PictureMaker<'a> {
     targets: &'a Targets<'a>,
     spec: &'a StudySpec,
@@ -111,7 +113,7 @@ impl PictureMaker<'_> {
         self.show(&self.run(settings, TRUE_SAMPLES, TRUE_TRIALS), name)
     }
 
-    /// Returns the mean of the trials as a picture.
+    /// Returns the mean of the trials of a run as a picture with this name.
     fn show(&self, run: &CellRun<Settings>, name: String) -> RenderedPicture {
         let mut image = Image::new(self.size[0], self.size[1]);
         for (k, (pixel, _)) in self.targets.points.iter().enumerate() {
@@ -236,7 +238,8 @@ fn best(
     all.find(|e| e.to_string() == row.estimator).copied()
 }
 
-/// Returns an estimator that had no noise on any pixel at any number of samples, if there is one.
+/// Returns an estimator of the study that had no noise on any pixel at any number of samples, if
+/// there is one.
 fn noiseless(spec: &StudySpec, rows: &[&ResultRow]) -> Option<Estimator> {
     let never = |e: &&Estimator| {
         let name = e.to_string();

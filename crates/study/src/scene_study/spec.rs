@@ -24,8 +24,8 @@ pub struct StudySpec {
     pub samples: Vec<u32>,
     /// The number of independent trials of each measurement.
     pub trials: u32,
-    /// The number of trials of the independent sampler, if it differs. Its order is known to be
-    /// −1/2, so that it shows how well the study measures orders.
+    /// The number of trials with the independent sampler, if it differs from `trials`. The order of
+    /// this sampler is known to be −1/2, so that it shows how well the study measures orders.
     pub independent_trials: Option<u32>,
     /// The pixels to measure.
     pub pixels: Pixels,
@@ -267,8 +267,8 @@ fn joined<T: ToString>(list: &[T]) -> String {
 }
 
 impl Default for StudySpec {
-    /// Points, lines and closed forms by three patterns on two scenes, in about a minute on two
-    /// cores.
+    /// Returns the default study: points, lines and closed forms by three sampling patterns on two
+    /// scenes, in about a minute on two cores.
     fn default() -> Self {
         Self {
             title: "Points and lines: direct light from area lights".to_owned(),

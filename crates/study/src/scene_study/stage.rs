@@ -20,12 +20,12 @@ pub type Load<'a> = &'a (dyn Fn(&str) -> Result<SceneDescription> + Sync);
 pub(super) struct Opened {
     pub(super) scene: SceneDescription,
     pixels: Vec<[u32; 2]>,
-    /// The width and height that the scene itself states.
+    /// The width and height, in pixels, that the scene's file states.
     pub(super) aspect: [u32; 2],
     pub(super) load_seconds: f64,
 }
 
-/// A renderer, and the seconds that it took to build.
+/// A renderer, and the seconds that building it took.
 pub(super) struct Built<'o> {
     pub(super) renderer: Renderer<'o>,
     pub(super) seconds: f64,
@@ -71,7 +71,7 @@ pub fn with_work<T>(
     })
 }
 
-/// Returns an empty cache with an entry for each view.
+/// Returns a cache with an empty entry for each view.
 fn empty<T>(views: &[View]) -> Vec<OnceLock<T>> {
     views.iter().map(|_| OnceLock::new()).collect()
 }
@@ -95,7 +95,7 @@ impl<'w, 'r, 'o> Work<'w, 'r, 'o> {
         self.spec
     }
 
-    /// Returns the view of this number.
+    /// Returns the view with this index; an error if there is none.
     pub(super) fn view(&self, view: usize) -> Result<&'w View> {
         self.views.get(view).context(NO_VIEW)
     }

@@ -4,7 +4,7 @@
 use crate::report::Entry;
 use linelit_estimators::{Estimator, Technique};
 
-/// The citations of the papers, and their addresses.
+/// The papers that techniques come from: the citation and the address of each.
 const SOURCES: [[&str; 2]; 5] = [
     ["Billen & Dutré 2016", "https://doi.org/10.1111/cgf.12948"],
     [

@@ -36,7 +36,7 @@ pub enum Piece {
     Errors(Unit),
     /// A part of the reference of the gallery.
     GalleryReference(Unit),
-    /// A picture of the gallery, by its number.
+    /// A picture of the gallery, by its index in the list of the gallery's pictures.
     GalleryPicture(usize),
     /// The pictures of the report: points and lines for the same time, or the scene alone.
     Exhibit,
@@ -49,9 +49,9 @@ pub struct PlannedUnit {
     pub unit: SceneUnit,
     /// The name of the unit in messages.
     pub name: String,
-    /// An estimate of its processor time, in seconds.
+    /// An estimate of the unit's processor time, in seconds.
     pub seconds: f64,
-    /// The numbers of the units whose parts it reads.
+    /// The indices of the units whose parts this unit reads.
     pub needs: Range<usize>,
 }
 

@@ -4,8 +4,8 @@ use super::slopes::moments;
 use linelit_film::{FilmError, Image};
 use serde::Serialize;
 
-/// ε of the mean relative squared error, (W/(m²·sr))²: it avoids a division by zero (Salesin &
-/// Jarosz 2019, section 6).
+/// The constant ε in the mean relative squared error Σ(p − r)²/(r² + ε)/n, in (W/(m²·sr))²: it
+/// avoids a division by zero where the reference r is black (Salesin & Jarosz 2019, section 6).
 pub const MRSE_EPSILON: f64 = 1e-6;
 
 /// A mean with its standard error.
@@ -18,7 +18,8 @@ pub struct MeanError {
 }
 
 impl MeanError {
-    /// Mean and standard error of independent values: √(Σ(v − mean)²/(n(n − 1))), in two passes.
+    /// Returns the mean and the standard error of independent values, √(Σ(v − mean)²/(n(n − 1))),
+    /// in two passes.
     ///
     /// ```
     /// let m = linelit_study::stats::metrics::MeanError::of(&[1.0, 3.0]);
@@ -31,7 +32,8 @@ impl MeanError {
         Self { mean, stderr }
     }
 
-    /// Standard errors between the mean and zero; zero if both vanish.
+    /// Returns the number of standard errors between the mean and zero; zero if the mean and its
+    /// standard error are both zero.
     #[must_use]
     pub fn z(&self) -> f64 {
         if self.mean.abs() <= 0.0 {
@@ -63,8 +65,8 @@ pub struct ImageMetrics {
     pub mrse: f64,
     /// The mean difference.
     pub bias: f64,
-    /// The standard error of the bias from its spread over pixels, as if their errors were
-    /// independent (they are if each has its own random numbers).
+    /// The standard error of the bias from its spread over pixels, as if the errors of pixels were
+    /// independent (they are if each pixel has its own random numbers).
     pub bias_stderr: f64,
     /// The bias over its standard error; zero for equal pictures.
     pub bias_z: f64,
@@ -79,7 +81,7 @@ pub struct ImageMetrics {
 }
 
 impl ImageMetrics {
-    /// Compares two pictures of one size.
+    /// Computes the errors of `picture` against `reference`, which must have the same size.
     ///
     /// # Errors
     /// [`FilmError::Size`] when the sizes differ.

@@ -7,7 +7,8 @@ pub mod student;
 
 use linelit_elementary::{exp, ln};
 
-/// Squared errors and times below this are only rounding.
+/// The value up to which an x or a y of a point counts as rounding ([`least`]): squared errors and
+/// times this small are zero in effect, and have no useful logarithm.
 const NOTHING: f64 = 1e-18;
 
 /// Returns the least y that a curve of points reaches at an x of this or less, or `None` if the
@@ -47,7 +48,7 @@ pub(crate) fn least(curve: impl IntoIterator<Item = [f64; 2]>, x: f64) -> Option
     least
 }
 
-/// A standard normal deviate (Box & Muller 1958).
+/// Returns a standard normal deviate (Box & Muller 1958).
 #[cfg(test)]
 pub(crate) fn normal(random: &mut impl rand::RngExt) -> f64 {
     let (a, b): (f64, f64) = (random.random(), random.random());

@@ -12,7 +12,7 @@ use serde::Serialize;
 /// The variances that independent trials found at one number of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlopePoint {
-    /// The number of samples N.
+    /// The number of samples, called N in the docs of this module.
     pub samples: f64,
     /// The variance according to each independent trial (seed), averaged over pixels. The mean of
     /// these is the variance of one estimate. Squared errors against an exact reference may be
@@ -29,15 +29,17 @@ pub const LEAST_TRIALS: usize = 5;
 pub struct Order {
     /// The exponent.
     pub order: f64,
-    /// The lower end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
+    /// The lower end of the confidence interval of `order`; NaN with fewer than [`LEAST_TRIALS`]
+    /// trials.
     pub ci_low: f64,
-    /// The upper end of its confidence interval; NaN with fewer than [`LEAST_TRIALS`] trials.
+    /// The upper end of the confidence interval of `order`; NaN with fewer than [`LEAST_TRIALS`]
+    /// trials.
     pub ci_high: f64,
-    /// The smallest N that was fitted.
+    /// The smallest number of samples N that the line was fitted to.
     pub n_min: f64,
-    /// The largest N that was fitted.
+    /// The largest number of samples N that the line was fitted to.
     pub n_max: f64,
-    /// The number of N that were fitted.
+    /// The number of points that the line was fitted to, each at its own number of samples N.
     #[serde(skip)]
     pub points: usize,
     /// The squared residuals over their expectation, χ²/(points − 2): about one where a power law
@@ -61,7 +63,8 @@ struct Logged {
 /// Fits the order of convergence to the variances of independent trials, with an interval of this
 /// confidence (0.95 for 95 %).
 ///
-/// **Formula**: ln sd = ½ ln(mean of the trials' variances); weighted least squares over ln N. The
+/// **Formula**, with N the number of samples, T the number of trials, and sd the standard
+/// deviation: ln sd = ½ ln(mean of the trials' variances); weighted least squares over ln N. The
 /// weights come from the trials' spread, halfway between each point's own and the common one (with
 /// few trials a point's own spread is mostly chance, and low values come with small spreads). The
 /// interval is ± t(confidence, T − 1) times the jackknife's standard error: of T refits without one
@@ -128,7 +131,8 @@ pub fn fit_trials(points: &[SlopePoint], confidence: f64) -> Option<Order> {
     })
 }
 
-/// Returns whether a point can be fitted: it has at least two trials and a positive mean.
+/// Returns whether a point can be used for the fit: the point has at least two trials and a
+/// positive mean.
 fn usable(point: &SlopePoint) -> bool {
     let mean = moments(&point.trial_variances).0;
     point.samples > 0.0 && point.trial_variances.len() >= 2 && mean > 0.0 && mean.is_finite()
@@ -143,8 +147,9 @@ pub(super) fn moments(values: &[f64]) -> (f64, f64) {
     (mean, square / (n * (n - 1.0)))
 }
 
-/// Returns ln N and ln sd of each point, with errors drawn halfway to their mean. `left_out` names
-/// the trial of each point that is left out, if any. `None` if a point has no positive mean.
+/// Returns ln N (N is the number of samples) and ln sd (the standard deviation) of each point, with
+/// the standard errors of all points drawn halfway to their mean. `left_out` names the trial of
+/// each point that is left out, if any. `None` if a point has no positive mean.
 fn logged(
     points: &[&SlopePoint],
     left_out: impl Fn(usize) -> Option<usize>,

@@ -3,7 +3,8 @@
 
 use linelit_elementary::{atan, sin_cos};
 
-/// P(|T| ≤ t) for `freedom` ≥ 1 degrees of freedom and t ≥ 0.
+/// Returns the probability P(|T| ≤ t) for a variable T of Student's distribution with `freedom` ≥ 1
+/// degrees of freedom, and t ≥ 0.
 ///
 /// **Formula**: the finite trigonometric sums of Abramowitz & Stegun 26.7.3 and 26.7.4, exact for
 /// whole degrees. **Error bound**: a few ulps for each of the `freedom/2` terms, all positive.
@@ -32,7 +33,8 @@ pub fn central_probability(t: f64, freedom: u32) -> f64 {
     (theta + sin * sum) * std::f64::consts::FRAC_2_PI
 }
 
-/// The t with `central_probability(t, freedom) = confidence`, by bisection to the last bits.
+/// Returns the t with `central_probability(t, freedom) = confidence`, found by bisection down to
+/// the last bits of t.
 ///
 /// **Domain**: 0 < confidence < 1; `freedom` zero counts as one, above 10 000 as 10 000 (where the
 /// normal quantile is 2.4e-4 less).

@@ -21,9 +21,11 @@ const BRUTE_LINES: u32 = 256;
 /// The largest number of pixels that brute force decides. If there are more, the other renderer is
 /// taken to be right.
 const BRUTE_PIXELS: usize = 60;
-/// The significance level over all pixels and channels of one image.
+/// The significance level of the comparison of one image, over all its pixels and channels
+/// together.
 const ALPHA: f64 = 0.01;
-/// The fraction of pixels that must pass, as in Mitsuba's render tests.
+/// The fraction of an image's pixels that must not differ for the comparison to pass, as in
+/// Mitsuba's render tests.
 const PASS_SHARE: f64 = 0.9975;
 
 /// A row of the table: the result of the comparison with one reference.
@@ -36,13 +38,13 @@ pub(super) struct Row {
     pub(super) reference_mean: f64,
     /// The ratio of the means over the pixels that are not left out.
     pub(super) mean_ratio: f64,
-    /// The standard error of that ratio, from the noise of both pictures.
+    /// The standard error of `mean_ratio`, from the noise of both pictures.
     pub(super) ratio_error: f64,
     /// The ratio of the means over all pixels.
     pub(super) mean_ratio_of_all: f64,
     pub(super) mrse: f64,
     pub(super) passing: f64,
-    /// The pixels that differ for none of the reasons below.
+    /// The pixels that differ for none of the reasons of the other lists of this row.
     pub(super) unexplained: Vec<[u32; 2]>,
     /// The pixels where rays a hundredth of a pixel apart meet different surfaces.
     pub(super) edges: Vec<[u32; 2]>,

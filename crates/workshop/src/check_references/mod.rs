@@ -17,7 +17,8 @@ use std::path::Path;
 /// The number of replicates of points that measure the noise of the reference.
 const NOISE_REPLICATES: u32 = 16;
 
-/// An estimator, its number of samples and how often it runs.
+/// An estimator, its number of samples, and the number of independent replicates that are rendered
+/// with it.
 #[derive(Clone, Copy)]
 struct Effort {
     estimator: &'static str,
@@ -41,7 +42,7 @@ struct Entry {
     stride: u32,
 }
 
-/// Returns an effort.
+/// Creates an effort from its fields.
 fn effort(estimator: &'static str, samples: u32, replicates: u32) -> Effort {
     Effort {
         estimator,
@@ -244,6 +245,8 @@ fn print_row(r: &Row, out: &mut Output) -> Result<(), OutputError> {
         r.wrong.len(),
         if r.ok { "ok" } else { "DIFFERS" }
     )?;
+    // List the pixels at which the other renderer is wrong, and the pixels that differ for no known
+    // reason, if there are few.
     if !r.wrong.is_empty() {
         writeln!(
             out,

@@ -91,14 +91,15 @@ fn shadow_rays(work: &Workload<'_>, per_point: usize) -> Vec<Ray> {
     rays
 }
 
-/// No triangles are excluded from a ray.
+/// The empty range of triangles that rays leave out.
 const NONE: Range<u32> = 0..0;
 
 /// The largest number of shading points that are timed together.
 const CHUNK: usize = 24;
 
-/// The seconds that points timed together may take: few enough that the system seldom interrupts
-/// them, and many enough that reading the clock is negligible.
+/// The time, in seconds, that a chunk of points takes at most, if it has more than one: short
+/// enough that the system seldom interrupts it, and long enough that reading the clock is
+/// negligible.
 const UNDISTURBED: f64 = 20e-6;
 
 /// The least time of each chunk over all rounds. Their sum is the undisturbed time of the work.
@@ -112,7 +113,7 @@ struct Fastest {
 impl Fastest {
     /// Times `f` on every chunk of `0..count`.
     fn round(&mut self, count: usize, mut f: impl FnMut(Range<usize>)) {
-        // The first time, choose the size of chunks.
+        // In the first round, choose the size of chunks.
         if self.chunk == 0 {
             let start = Instant::now();
             f(0..count);
@@ -128,7 +129,7 @@ impl Fastest {
         }
     }
 
-    /// Returns the nanoseconds for each of `count` queries.
+    /// Returns the least time of all chunks together, in nanoseconds for each of `count` queries.
     fn per_query(&self, count: usize) -> f64 {
         self.least.iter().sum::<f64>() * 1e9 / count as f64
     }
@@ -221,6 +222,8 @@ fn trace_lines(
     for &point in work.points {
         let query = ShaftQuery::new(point, work.light);
         let mut shaft = occluders.shaft(query, scratch);
+        // A line is wholly visible or wholly hidden where all of the light is; otherwise clip each
+        // line.
         match shaft.class() {
             ShaftClass::Empty => {
                 sum += lines.len() as f64;

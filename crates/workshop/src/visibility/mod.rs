@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::time::Instant;
 
-/// The numbers of lines. Work is counted with the first.
+/// The numbers of lines for each shading point. Work is counted with the first of these numbers.
 const LINES: [u32; 5] = [16, 1, 4, 64, 256];
 
 /// The scenes that are measured by default.
@@ -25,7 +25,7 @@ const SCENES: [&str; 3] = [
     "colonnade-large",
 ];
 
-/// The distance of a shading point from its surface.
+/// The distance, in units of the scene, by which a shading point is moved off its surface.
 const OFFSET: f64 = 2e-5;
 
 /// Measures the costs of rays and lines on one scene or on all.
@@ -105,8 +105,8 @@ fn rows(
     Ok(())
 }
 
-/// Returns the points that are not in the plane of a light. A linear light counts as part of the
-/// light that it crosses.
+/// Returns the points that are not in the plane of a light. For a linear light, this is the plane
+/// of the polygonal light that it crosses.
 fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<DVec3> {
     let polygon = crossed.filter(|_| light.len() == 2).unwrap_or(light);
     let normal = (polygon[1] - polygon[0]).cross(polygon[2] - polygon[0]);
@@ -114,7 +114,8 @@ fn beside(light: &[DVec3], crossed: Option<&[DVec3]>, points: &[DVec3]) -> Vec<D
     points.iter().copied().filter(off).collect()
 }
 
-/// Returns a linear light along the middle of a light.
+/// Returns the two ends of a linear light across a polygonal light, from the midpoint of its first
+/// edge to the midpoint of its last edge but one.
 fn across(light: &[DVec3]) -> [DVec3; 2] {
     let last = light.len() - 1;
     [

@@ -21,7 +21,7 @@ use linelit_integrator::Counts;
 /// A picture that is being put together: the layers of the window, filled tile by tile.
 pub(super) struct Assembly {
     window: Tile,
-    /// The number of the block that completes a tile; zero where tiles are not cut into blocks.
+    /// The index of the block that completes a tile; zero where tiles are not cut into blocks.
     last_block: u32,
     /// The number of camera samples of a pixel, over all trials.
     samples: f64,
@@ -64,8 +64,9 @@ impl Assembly {
         }
     }
 
-    /// Adds the part of a unit, and returns its tile if this completes it. The parts of a tile have
-    /// to be added one after another, in the order of their blocks.
+    /// Adds the part of a unit, and returns the tile of the unit if this part completes the tile;
+    /// otherwise `None`. The parts of a tile have to be added one after another, in the order of
+    /// their blocks.
     pub(super) fn add(&mut self, work: Work, part: Part) -> Option<Tile> {
         for (sum, own) in self.counted.iter_mut().zip(&part.counted) {
             *sum += own;

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Work {
     /// The first column and the one after the last, then the rows.
     pub(super) tile: [u32; 4],
-    /// The number of its block of camera samples ([`PictureArgs::blocks`]), or `None` for all
+    /// The index of the unit's block of camera samples ([`PictureArgs::blocks`]), or `None` for all
     /// blocks.
     pub(super) block: Option<u32>,
 }

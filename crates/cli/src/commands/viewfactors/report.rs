@@ -10,7 +10,8 @@ use linelit_study::short_name;
 
 /// The largest width and height of the picture of the matrix, in pixels.
 const MATRIX: usize = 512;
-/// The smallest factor that it shows, relative to the largest.
+/// The smallest factor that the picture of the matrix shows, relative to the largest factor;
+/// smaller ones have the darkest colour.
 const DECADES: f64 = 1e-6;
 /// The width and height of the picture of the facets, in pixels.
 const VIEW: [u32; 2] = [960, 720];
@@ -23,12 +24,14 @@ const LISTED: usize = 12;
 pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Report> {
     let name = short_name(&factors.name);
     let count = found.areas.len();
+    // Say how much was computed.
     let summary = format!(
         "{count} facets, {} factors that are not zero, in {seconds:.1} s; each row to a tolerance \
          of {:e}.",
         found.matrix.data.len(),
         factors.args.tolerance
     );
+    // Show the sums and errors of rows, the kinds of pairs, the matrix, and the view of the sky.
     let sections = vec![
         Section {
             title: "Rows".to_owned(),
@@ -58,6 +61,7 @@ pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Rep
             ..Section::default()
         },
     ];
+    // Put the page together, with the settings that are not on the command line.
     let title = format!("View factors of {name}");
     let mut report = Report::new(&title, vec![summary], sections);
     let moved = format!("{:.1e} at most", factors.facets.displacement());
@@ -72,6 +76,7 @@ pub(super) fn page(factors: &Factors, found: &Found, seconds: f64) -> Result<Rep
 fn sums(found: &Found) -> Table {
     let rows = 0..found.areas.len();
     let with_sky = |row| found.sum(row) + found.matrix.sky[row];
+    // Collect each quantity, row by row of the matrix.
     let kinds: [(&str, Vec<f64>); 4] = [
         (
             "sum of a row",
@@ -87,6 +92,7 @@ fn sums(found: &Found) -> Table {
             rows.map(|row| found.error(row)).collect(),
         ),
     ];
+    // Summarize it in a line of the table.
     let lines = kinds.into_iter().map(|(name, values)| {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -98,7 +104,7 @@ fn sums(found: &Found) -> Table {
     Table::new("", ["", "least", "mean", "most"], lines)
 }
 
-/// Formats a number with six decimals, or by a power of ten if these would not show it.
+/// Formats a number with six decimals, or by a power of ten if six decimals would not show it.
 fn shown(value: f64) -> String {
     match value.abs() {
         small if small > 0.0 && small < 1e-3 => format!("{value:.2e}"),
@@ -240,7 +246,7 @@ impl View {
         let towards = TOWARDS.normalize();
         let right = DVec3::Z.cross(towards).normalize();
         let axes = [right, right.cross(towards), towards];
-        // Find the extent of the vertices along the first two axes.
+        // Find the bounding box of the vertices along the first two axes.
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for vertex in factors.mesh.polygons.iter().flatten() {
             let vertex = DVec3::from_array(factors.mesh.vertices[*vertex as usize]);
@@ -249,7 +255,7 @@ impl View {
                 *end = [end[0].min(along), end[1].max(along)];
             }
         }
-        // Fit it into the picture.
+        // Fit the box into the picture.
         let [width, height] = VIEW.map(f64::from);
         let [across, down] = ends.map(|[low, high]| (high - low).max(f64::MIN_POSITIVE));
         let scale = 0.96 * (width / across).min(height / down);

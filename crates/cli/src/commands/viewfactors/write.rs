@@ -123,9 +123,9 @@ struct Zip<'a, W> {
 
 /// The date of all entries, 1 January 1980, so that equal contents give equal bytes.
 const DATE: u32 = 0x21_0000;
-/// The version of the format with 64-bit sizes, and the value that stands in 32-bit fields instead
-/// of them.
+/// The version of the format that has 64-bit sizes.
 const VERSION: u16 = 45;
+/// The value of a 32-bit field whose number is in a 64-bit field elsewhere.
 const ELSEWHERE: u32 = u32::MAX;
 
 impl<W: Write> Zip<'_, W> {

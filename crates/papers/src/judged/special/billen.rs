@@ -14,8 +14,9 @@ use linelit_visibility::{Occluders, Scratch, ShaftQuery, VisibleLines};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Billen & Dutré, eq. 20, against quadrature: as printed, and corrected by F before both terms and
-/// D + l in place of C + l. Also the integral of the density of §5.1.2, as printed and corrected.
+/// Compares eq. 20 of Billen & Dutré 2016 with quadrature: as printed, and corrected, that is, with
+/// the paper's factor F before both terms and with its D + l in place of C + l. Also integrates the
+/// density of the paper's §5.1.2, as printed and corrected.
 pub(super) fn diffuse_line(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let numbers = &mut Numbers::new(bench.context.seed);
     let (mut printed, mut mended) = (Vec::new(), 0.0_f64);

@@ -5,7 +5,8 @@ use linelit_elementary::{asin, atan2, pow, sin, sin_cos};
 use linelit_samplers::{Sampler, SamplerKind};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Returns F of eq. 3 at the angle whose sine is ω.
+/// Returns the antiderivative F of eq. 3 of Peters 2021 at an angle along the line, whose sine the
+/// paper calls ω. `[ns, nt]` are the components of the normal along the line and towards it.
 pub(crate) fn antiderivative([ns, nt]: [f64; 2], angle: f64) -> f64 {
     let (w, root) = sin_cos(angle);
     ns * w * w + nt * (root * w + angle)
@@ -22,7 +23,8 @@ pub(crate) fn above([ns, nt]: [f64; 2]) -> [f64; 2] {
 /// fractions of the angles above the horizon, and ξ as a fraction of the range between the guards.
 type Case = [f64; 4];
 
-/// The distance of ξ from 0 and 1 below which the iteration is not tried.
+/// The distance of the random number ξ from 0 and from 1 below which the iteration is not tried: ξ
+/// is between the two guards `GUARD` and 1 − `GUARD`.
 const GUARD: f64 = 1e-5;
 
 /// Returns the error in ξ of the paper's iteration (algorithm 2 in `f64`) after some steps. `None`

@@ -29,7 +29,7 @@ pub(super) type Special = (
     fn(&Bench<'_>, &mut Out) -> Result<()>,
 );
 
-/// All functions.
+/// All functions that measure such numbers.
 pub(super) const ALL: [Special; 14] = [
     ("diffuse line", "", billen::diffuse_line),
     ("phong line", "", billen::phong_line),

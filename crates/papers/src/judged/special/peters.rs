@@ -241,6 +241,7 @@ pub(super) fn costs(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
 /// Returns entries for a quad by solid angle and by projected solid angle.
 fn quads<'a>(quad: &'a ConvexPolygon, points: &'a [DVec3], numbers: &'a [f64]) -> [Entry<'a>; 2] {
     let second = |u: f64| (7.13 * u).fract();
+    // Sample by solid angle. The second random number is derived from the first.
     let solid = Entry::new(
         "quad, solid angle",
         points,
@@ -250,6 +251,7 @@ fn quads<'a>(quad: &'a ConvexPolygon, points: &'a [DVec3], numbers: &'a [f64]) -
             black_box(s.sample([u, second(u)]));
         },
     );
+    // Sample by projected solid angle, along lines of the quad.
     let projected = Entry::new(
         "quad, projected",
         points,

@@ -62,7 +62,7 @@ pub(super) fn sequences(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
 }
 
 /// Measures the largest jumps of the weights of Fig. 4 between positions 2·10⁻⁷ apart: at the
-/// light's borders, at the edges of the hidden parts, and where lines slip past a corner of a
+/// light's borders, at the edges of the hidden parts, and where lines move across a corner of a
 /// triangle.
 pub(super) fn weights(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     const STEP: f64 = 1e-7;

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Measures the variance of points by the proxy triangle at unit distance, relative to the variance
 /// of points uniform on the area, from above and at a grazing angle. The light is a triangle of
-/// side √3 around the origin; the receiver is at distance one and faces its middle.
+/// side √3 around the origin; the receiver is at distance one and faces the triangle's centroid.
 pub(super) fn grazing(bench: &Bench<'_>, out: &mut Out) -> Result<()> {
     let batches = bench.pick(2, 16, 64);
     let seed = bench.context.seed;
