@@ -49,8 +49,8 @@ pub struct DeltaSample {
 }
 
 impl PointLight {
-    /// Returns the light that arrives at `x`; `None` at the light itself, and where no light
-    /// arrives.
+    /// Returns the direction and the irradiance with which the light arrives at the shading point
+    /// `x`; `None` if `x` is the light's position, and where no light arrives.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<DeltaSample> {
         let to_light = self.position - x;
@@ -66,7 +66,8 @@ impl PointLight {
         )
     }
 
-    /// Returns the emitted power by channel in W: 4π I times the mean of the profile.
+    /// Returns the emitted power by channel in W: 4π times the intensity times the mean of the
+    /// profile.
     pub(crate) fn power(&self) -> DVec3 {
         let mean = self.profile.as_ref().map_or(DVec3::ONE, |p| p.mean());
         self.intensity * (mean * (4.0 * PI))
@@ -74,14 +75,16 @@ impl PointLight {
 }
 
 impl DistantLight {
-    /// Returns the light that arrives at `x`; `None` where no light arrives.
+    /// Returns the direction and the irradiance with which the light arrives at the shading point
+    /// `x`; `None` where the irradiance is zero or not finite.
     #[must_use]
     pub fn beam(&self, x: DVec3) -> Option<DeltaSample> {
         let to_light = self.direction * self.scene.beyond(x);
         DeltaSample::new(to_light, self.direction, self.irradiance)
     }
 
-    /// Returns the power by channel, in W, that falls on the ball which holds the scene: π R² E.
+    /// Returns the power by channel, in W, that falls on the ball which holds the scene: π R² times
+    /// the irradiance, for the ball's radius R.
     pub(crate) fn power(&self) -> DVec3 {
         self.irradiance * (PI * self.scene.radius * self.scene.radius)
     }

@@ -112,7 +112,7 @@ impl<M: Measure> Pdf<M> {
     }
 
     /// Returns the density of a sample of this technique if the technique is chosen with
-    /// probability `p`, as one of several lights or pieces.
+    /// probability `p`, as one of several lights or parts of a light: this density times `p`.
     #[must_use]
     pub fn scaled(self, p: f64) -> Self {
         Self::new(self.0 * p)

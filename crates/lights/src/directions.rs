@@ -78,8 +78,8 @@ impl Grid {
         }
     }
 
-    /// For a row by longitude and latitude: whether it is on the side of +z, and the heights
-    /// (sin²(θ/2) from the pole of this side) at which it begins and ends.
+    /// For a row of an image by longitude and latitude, returns whether the row is on the side of
+    /// +z, and the heights (sin²(θ/2) from the pole of this side) at which the row begins and ends.
     fn row(&self, row: usize) -> (bool, f64, f64) {
         let is_north = row < self.count / 2;
         let k = if is_north { row } else { self.count - 1 - row };
@@ -114,8 +114,9 @@ impl Grid {
         DVec3::new(sine * c, sine * s, if is_north { z } else { -z })
     }
 
-    /// Returns the column and the row of the cell of a unit direction, each with the position
-    /// within it. This is the inverse of [`direction`](Self::direction).
+    /// Returns the column and the row of the cell that contains the unit direction `w`, each with
+    /// the position in [0, 1] within the cell. This is the inverse of
+    /// [`direction`](Self::direction).
     pub(crate) fn locate(&self, w: DVec3) -> [(usize, f64); 2] {
         let at = self.mapping.position(w);
         let [column, mut row] = at.map(|x| {
@@ -169,8 +170,8 @@ impl Raster {
         row(j) * (1.0 - b) + row(j + 1) * b
     }
 
-    /// Returns the index of the pixel at a column and a row that may lie one beyond the border: the
-    /// image continues there on another side.
+    /// Returns the index of the pixel at a column and a row that may lie one beyond the border,
+    /// where the image continues on another side.
     fn texel(&self, [i, j]: [isize; 2]) -> usize {
         let [width, height] = self.size.map(usize::cast_signed);
         let [i, j] = if (0..width).contains(&i) && (0..height).contains(&j) {
@@ -216,7 +217,7 @@ impl Raster {
     }
 
     /// Returns the mean over all directions of the lookup times a weight. The weight is taken as
-    /// constant on each of 1024 × 1024 cells, with its value at the middle of the cell.
+    /// constant on each of 1024 × 1024 cells, with its value at the centre of the cell.
     pub(crate) fn weighted(
         &self,
         pixel: impl Fn(usize) -> DVec3,
@@ -269,8 +270,8 @@ impl Raster {
         (0..count).map(cell).collect()
     }
 
-    /// Returns the integrals of one and of the distance from the middle over an interval in pixels,
-    /// weighted by the solid angle along the axis.
+    /// Returns the integrals of 1 and of the distance from the interval's midpoint over an interval
+    /// in pixels, weighted by the solid angle along the axis.
     fn moments(&self, axis: usize, [from, to]: [f64; 2]) -> (f64, f64) {
         let size = self.size[axis] as f64;
         if axis == 0 || self.mapping == SkyMapping::EqualArea {

@@ -73,13 +73,14 @@ pub struct ImportanceImage {
     columns: Rows,
 }
 
-/// Finds where the running sums reach the fraction `u` of their last: returns a cell with positive
-/// mass, and the position within it, in [0, 1).
+/// Finds where the running sums reach the fraction `u` of the last sum: returns the index of a cell
+/// with positive mass, and the position within this cell, in [0, 1).
 pub(crate) fn pick(sums: &[f64], u: f64) -> (usize, f64) {
     pick_mass(sums, fraction(u) * sums[sums.len() - 1])
 }
 
-/// Does the same as [`pick`] for an absolute mass in place of a fraction.
+/// Finds the cell and the position in it at which the running sums reach the mass `target`, as
+/// [`pick`] does for a fraction of the last sum.
 fn pick_mass(sums: &[f64], target: f64) -> (usize, f64) {
     let last = sums.len() - 1;
     let after = sums.partition_point(|&s| s <= target);
@@ -108,8 +109,8 @@ fn below(sums: &[f64], i: usize, place: f64) -> f64 {
     sums[i] + (sums[i + 1] - sums[i]) * place
 }
 
-/// Returns the cell, out of `n`, that a coordinate in [0, 1] falls into, and the position within
-/// it.
+/// Returns the index of the cell, out of `n`, that a coordinate in [0, 1] falls into, and the
+/// position in [0, 1] within this cell.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -150,7 +151,8 @@ fn within_cell(mut x: f64, i: usize, n: usize) -> f64 {
     x
 }
 
-/// Values at most this large, relative to a largest value of one, count as zero.
+/// Values of an image up to this fraction of its largest value count as zero: the density of a row
+/// of such values would not be a number.
 const LEAST: f64 = 1e-280;
 
 impl ImportanceImage {
@@ -230,8 +232,8 @@ impl ImportanceImage {
         self.pixel(i, j) * pixels / self.total()
     }
 
-    /// Returns the random numbers from which [`sample`](Self::sample) gives (u, v); `None` where
-    /// the density is zero.
+    /// Returns the random numbers from which [`sample`](Self::sample) makes the point (u, v);
+    /// `None` where the density is zero.
     #[must_use]
     pub fn invert(&self, uv: [f64; 2]) -> Option<[f64; 2]> {
         let (width, height) = self.size();

@@ -40,7 +40,8 @@ pub enum Light {
     Sky(Sky),
 }
 
-/// Runs the same code for each light that has a surface, and other arms for the other kinds.
+/// Matches on a [`Light`]: evaluates the same expression for each kind of light that has a surface,
+/// and the other arms for the other kinds.
 macro_rules! with_surface {
     ($light:expr, $one:ident => $code:expr, $($others:tt)+) => {
         match $light {
@@ -189,9 +190,9 @@ impl Light {
         })
     }
 
-    /// Returns the middle of the part of the surface that `x` sees, and the fraction of the
-    /// surface's area that this part has in projection: one for flat lights, a quarter for spheres.
-    /// `None` for lights without an area.
+    /// Returns the centre of the part of the surface that `x` sees, and the projected area of this
+    /// part as a fraction of the surface's area: one for flat lights, a quarter for spheres. `None`
+    /// for lights without an area.
     #[must_use]
     pub fn middle(&self, x: DVec3) -> Option<(DVec3, f64)> {
         with_surface!(self, l => Some(l.middle(x)),
@@ -222,8 +223,8 @@ impl Light {
             )
     }
 
-    /// Returns the light's position and size, and the directions in which it shines. Light from
-    /// infinity counts as spread over the ball that holds the scene.
+    /// Returns the light's bounding box, the mean position and the variance of its points, and the
+    /// set of its normals. Light from infinity counts as spread over the ball that holds the scene.
     #[must_use]
     pub fn extent(&self) -> Extent {
         with_surface!(self, l => l.extent(),
@@ -242,11 +243,12 @@ impl Light {
         )
     }
 
-    /// Returns the emitted power in W, averaged over the channels: π A L for each side that emits.
-    /// The area A of a linear light is the area 2πR l of its cylinder's surface. A point has the
-    /// power 4π I, and light from infinity the power that falls on the ball that holds the scene.
-    /// For every kind of light the result is `f64::MAX` where it overflows, and zero where it is
-    /// negative or not a number.
+    /// Returns the emitted power in W, averaged over the channels: π A L for each side that emits,
+    /// with the area A and the radiance L. A linear light of the length l and the radius R has the
+    /// area 2πR l of its cylinder's surface. A point with the intensity I has the power 4π I, and
+    /// light from infinity the power that falls on the ball that holds the scene. For every kind of
+    /// light the result is `f64::MAX` where it overflows, and zero where it is negative or not a
+    /// number.
     #[must_use]
     pub fn power(&self) -> f64 {
         let (factor, emission) = self.power_factors();
@@ -261,7 +263,7 @@ impl Light {
         (factor * emission).map(bounded)
     }
 
-    /// Returns a factor and an emission whose product is the power.
+    /// Returns a factor and an emission by channel whose product is the power in W.
     fn power_factors(&self) -> (f64, DVec3) {
         let emission = self.emission();
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
@@ -276,7 +278,7 @@ impl Light {
     }
 }
 
-/// A placeholder for the scene's ball until [`Light::set_scene`] gives it.
+/// The ball that stands in for the scene's until [`Light::set_scene`] sets it.
 const NO_SCENE: Sphere = Sphere {
     center: DVec3::ZERO,
     radius: 0.0,
@@ -449,8 +451,8 @@ impl Light {
         })
     }
 
-    /// Makes both sides of a polygon or a disk emit; lights of other kinds have one side, and do
-    /// not change.
+    /// Returns this light with both sides emitting if it is a polygon or a disk; lights of other
+    /// kinds do not change.
     #[must_use]
     pub fn two_sided(mut self) -> Self {
         match &mut self {

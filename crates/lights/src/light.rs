@@ -23,14 +23,16 @@ impl Emission {
     }
 
     /// Whether the light emits towards a receiver, where `side` is positive on the side that the
-    /// normal points to. It does not behind a one-sided light, nor in the plane of any light.
+    /// normal points to. False behind a one-sided light, and in the plane of any light (`side` =
+    /// 0).
     #[inline]
     pub(crate) fn reaches(&self, side: f64) -> bool {
         side > 0.0 || (self.two_sided && side < 0.0)
     }
 
     /// Returns the radiance towards a receiver, where `side` is positive on the side that the
-    /// normal points to. It is zero behind a one-sided light, and in the plane of the light.
+    /// normal points to. The radiance is zero behind a one-sided light, and in the plane of the
+    /// light (`side` = 0).
     #[must_use]
     #[inline]
     pub fn towards(&self, side: f64) -> DVec3 {
@@ -43,8 +45,9 @@ impl Emission {
 }
 
 /// Returns the signed height of `x` above the plane of a light: the plane passes through `at`,
-/// `normal` is its unit normal, and `size` is about the light's extent. Heights within rounding
-/// count as zero, and so do heights up to `margin` times the larger of the distance and the size.
+/// `normal` is its unit normal, and `size` is about the light's size in scene units. Heights within
+/// the rounding of the coordinates count as zero, and so do heights up to `margin` times the larger
+/// of the distance and the size.
 #[inline]
 pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64) -> f64 {
     let from = x - at;
@@ -65,8 +68,9 @@ pub(crate) fn height(normal: DVec3, at: DVec3, size: f64, x: DVec3, margin: f64)
 }
 
 /// A linear light: a Lambertian cylinder whose radius goes to zero while radiance × radius stays
-/// finite (Nishita et al. 1985; Peters 2021, §3.1). No surface sample and no ray can ever hit it,
-/// so BSDF sampling contributes nothing and its own techniques have the MIS weight 1.
+/// finite (Nishita et al. 1985; Peters 2021, §3.1). No surface sample and no ray can ever hit a
+/// linear light, so BSDF sampling contributes zero, and the techniques of the light have the MIS
+/// weight 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearLight {
     /// The axis of the cylinder.

@@ -13,44 +13,45 @@ use linelit_shading::ltc::LtcMixture;
 use linelit_shading::polygon;
 use std::f64::consts::FRAC_1_PI;
 
-/// The number of LTCs that are sampled: the ones that reflect the most of the light. The rest
-/// counts as diffuse.
+/// The largest number of LTCs that a mixture samples: the ones that reflect the most of the light.
+/// The other LTCs count as diffuse.
 const KEPT: usize = 2;
 
-/// The smallest fraction of samples that is uniform in the solid angle. It bounds the weights where
-/// the reflection is larger than its LTCs, which may be zero.
+/// The smallest fraction of samples that is uniform in the solid angle. It bounds the samples'
+/// weights in directions in which the reflection is larger than its LTCs, which may be zero there.
 const LEAST_UNIFORM: f64 = 0.1;
 
-/// The coverage from which on a lobe is mixed with uniform samples. A disk that covers a smaller
-/// part of the lobe's cosine is sampled by the lobe alone: its density over such a disk is
-/// everywhere above a hundredth of its largest value.
+/// The fraction of an LTC's integral that a disk has to cover for uniform samples to be mixed with
+/// the LTC's. A disk that covers a smaller fraction is sampled by the LTC only: over such a disk
+/// the LTC's density is everywhere above a hundredth of its largest value.
 const TAIL: f64 = 0.9;
 
 /// A mixture of the LTCs of a reflection over one light, and a uniform density, as one technique.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture<U, L> {
-    /// The uniform technique, with its fraction of the samples.
+    /// The uniform technique, and the fraction of the samples that it draws.
     uniform: (U, f64),
     lobes: [Option<(L, f64)>; KEPT],
 }
 
-/// The LTCs of a reflection over a polygon.
+/// A technique that samples a polygon by the LTCs of a reflection and uniformly in solid angle.
 pub type Lobes = Mixture<SolidAngleSampler, TransformedSampler>;
 
-/// The LTCs of a reflection over the visible region of a polygon.
+/// A technique that samples the visible region of a polygon by the LTCs of a reflection and
+/// uniformly in area.
 pub type VisiblePolygonLtc<'r> = Mixture<&'r RegionSampler, TransformedSampler>;
 
-/// The LTCs of a reflection over a disk; in place of a uniform density it has the clamped cosine,
-/// where one is needed.
+/// A technique that samples a disk by the LTCs of a reflection. In place of a uniform density it
+/// has the clamped cosine; `None` where that is not needed.
 pub type DiskLtc = Mixture<Option<TransformedCone>, TransformedCone>;
 
 impl<U, L: Copy> Mixture<U, L> {
     /// Divides the samples between the lobes in proportion to the light that each reflects.
     ///
-    /// `rest` is the light that the diffuse part reflects. `sampler` takes a lobe's number and its
-    /// map to the world, and returns the technique of this lobe and the light that it reflects.
-    /// `least` is the smallest fraction of samples that has to be uniform next to a given lobe.
-    /// `uniform` makes the uniform technique, given its fraction.
+    /// `rest` is the light that the diffuse part reflects. `sampler` takes the index of a lobe and
+    /// its map to the world, and returns the technique of this lobe and the light that it reflects.
+    /// `least` returns the smallest fraction of samples that has to be uniform when a given lobe is
+    /// one of the mixture. `uniform` makes the uniform technique, given its fraction.
     fn shared(
         cosines: &LtcMixture,
         mut rest: f64,
@@ -113,7 +114,8 @@ impl<U, L: Copy> Mixture<U, L> {
 }
 
 impl Lobes {
-    /// Sets up the LTCs of a reflection over a polygon, for the shading point `x`.
+    /// Sets up the technique that samples the polygon `light`, as the shading point `x` sees it, by
+    /// the LTCs `cosines` of the reflection at `x`.
     #[must_use]
     pub fn new(light: &ConvexPolygon, x: DVec3, cosines: &LtcMixture) -> Self {
         // Integrate the diffuse part over the light, in closed form.
@@ -149,9 +151,9 @@ impl Draw for Lobes {
 }
 
 impl<'r> VisiblePolygonLtc<'r> {
-    /// Sets up the LTCs of a reflection over the visible region of a light. `reflected` holds the
-    /// light that the diffuse part reflects of this region, and then the light that each lobe
-    /// reflects.
+    /// Sets up the technique that samples the visible region of a light by the LTCs of the
+    /// reflection. `reflected` holds the light that the diffuse part reflects of this region, and
+    /// then the light that each lobe reflects.
     #[must_use]
     pub fn within(
         visible: &'r RegionSampler,
@@ -184,8 +186,9 @@ impl<'r> VisiblePolygonLtc<'r> {
 }
 
 impl DiskLtc {
-    /// Sets up the LTCs of a reflection over a disk; `None` where no cone of directions represents
-    /// the disk well: it is seen from its plane, or it is very small.
+    /// Sets up the technique that samples a disk, as the shading point `x` sees it, by the LTCs
+    /// `cosines` of the reflection at `x`; `None` where no cone of directions represents the disk
+    /// well: `x` is in the disk's plane, or the disk is very small.
     #[must_use]
     pub fn new(disk: &Disk, x: DVec3, cosines: &LtcMixture) -> Option<Self> {
         let Frame { x: e, y: f, z } = cosines.frame;
@@ -236,8 +239,9 @@ mod tests {
     use linelit_shading::ltc::LtcLobe;
     use linelit_testkit::assert_close;
 
-    /// A lobe that lies on the light takes all of its albedo, wherever on the light it is: the
-    /// image of a narrow one is so wide that the cosine in its middle says nothing.
+    /// A lobe whose directions all meet the light gets its whole albedo as its part of the samples,
+    /// wherever on the light it lies: in the space of a narrow lobe's cosine the light is so wide
+    /// that the cosine at its centre says little.
     #[test]
     fn narrow_lobes_on_the_light_get_their_share() {
         let frame = Frame::from_normal(DVec3::new(0.3, -0.2, 0.9).normalize());

@@ -25,7 +25,7 @@ use linelit_geometry::finite::fraction;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
 
 /// Returns the unit vector at a point of the unit square. Coordinates outside [0, 1] are clamped,
-/// and those that are not numbers become 0.
+/// and coordinates that are not numbers become 0.
 ///
 /// **Error**: 16 ε in each coordinate.
 ///
@@ -79,8 +79,8 @@ pub fn sphere_to_square(w: DVec3) -> [f64; 2] {
 }
 
 /// Returns the column and the row of the texel that continues an octahedral image of size² texels
-/// beyond its border, for a column and a row up to one outside. Each side of the square meets
-/// itself, turned about its middle, and all corners are the same direction.
+/// beyond its border, for a column and a row up to one outside. Each side of the square is glued to
+/// itself, reversed about its midpoint, and all corners are the same direction.
 ///
 /// Texels beyond a side are mirrored at the side itself, so that bilinear interpolation is
 /// continuous and keeps the mean of the image. (`RemapPixelCoords` of pbrt-v4 mirrors column −1 to

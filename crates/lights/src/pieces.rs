@@ -5,7 +5,8 @@ use linelit_geometry::ConvexPolygon;
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_simd::Lanes;
 
-/// The largest number of pieces: as many as the trapezoids between the vertices of a polygon.
+/// The largest number of pieces, which is the largest number of trapezoids between the vertices of
+/// a polygon: one less than its capacity for vertices.
 const MOST: usize = ConvexPolygon::CAPACITY - 1;
 
 /// A discrete choice among at most 23 pieces of a light in proportion to their weights, stored
@@ -28,8 +29,8 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Takes the weights of the pieces. Weights that are negative or not numbers become 0, and
-    /// pieces beyond 23 are dropped.
+    /// Makes the choice from the weights of the pieces. Weights that are negative or not numbers
+    /// become 0, and pieces beyond 23 are dropped.
     #[must_use]
     pub fn new(weights: impl Iterator<Item = f64>) -> Self {
         let mut out = Self::default();
@@ -84,8 +85,8 @@ impl Pieces {
         (last, 1.0)
     }
 
-    /// Does what [`Pieces::pick`] does for one number or eight at once, to the bit and without
-    /// branches.
+    /// Picks pieces for one random number or eight at once, without branches; the results are bit
+    /// for bit the results of [`Pieces::pick`].
     #[inline(always)]
     pub(crate) fn pick_each<L: Lanes>(&self, l: L, u: L::D) -> (L::D, L::D) {
         let (zero, one) = (l.dsplat(0.0), l.dsplat(1.0));

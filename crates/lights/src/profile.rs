@@ -112,9 +112,9 @@ impl Profile {
     }
 
     /// Returns the factor for light that leaves a surface in the direction `w`, where the unit
-    /// normal `n` of the surface takes the part of the profile's axis. Horizontal angles begin at
-    /// the tangent of the surface next to the x axis of the light's space, and run from there
-    /// towards n × x, or the other way round if the light's transform is a reflection.
+    /// normal `n` of the surface serves as the profile's axis. Horizontal angles begin at the
+    /// tangent of the surface next to the x axis of the light's space, and run from there towards n
+    /// × x, or the other way round if the light's transform is a reflection.
     #[must_use]
     pub fn on_surface(&self, n: DVec3, w: DVec3) -> DVec3 {
         self.value(match self.kind {
@@ -228,8 +228,9 @@ impl Profile {
 /// linear between rings. A ring is an angle from the axis with the mean of the factor around the
 /// axis.
 ///
-/// On a piece with the middle m, the half width h and the values p and q at its ends, ∫ f sin θ dθ
-/// = (p + q) sin m sin h + (q − p) cos m (sin h − h cos h)/h, without cancellation.
+/// On the interval between two neighbouring rings, with the midpoint m, the half width h and the
+/// values p and q at the ends, ∫ f sin θ dθ = (p + q) sin m sin h + (q − p) cos m (sin h − h cos
+/// h)/h, without cancellation.
 fn rings_integral(rings: &[(f64, DVec3)], turns: f64, end: f64) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for pair in rings.windows(2) {
@@ -246,7 +247,7 @@ fn rings_integral(rings: &[(f64, DVec3)], turns: f64, end: f64) -> DVec3 {
     sum / turns
 }
 
-/// Returns (sin h − h cos h)/h, by its series where the difference would cancel.
+/// Returns (sin h − h cos h)/h, by the Taylor series where the difference would cancel.
 fn rise(h: f64) -> f64 {
     let square = h * h;
     if h < 0.1 {

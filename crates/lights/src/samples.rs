@@ -96,7 +96,7 @@ impl LineSample {
 /// A point of a linear light, and the density with which it was drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearSample {
-    /// The position on the whole light, in [0, 1].
+    /// The position of the point along the whole light, in [0, 1].
     pub t: f64,
     /// The point relative to the shading point.
     pub offset: DVec3,

@@ -4,7 +4,7 @@
 
 use linelit_geometry::{DMat3, DVec3, Frame};
 
-/// The linear map between directions of the world and those of a light's own space.
+/// The linear map between directions of the world and directions of a light's own space.
 ///
 /// To look a direction up, the inverse of the light's transform is applied to it, and the result is
 /// normalized, as in pbrt. A reflection mirrors the light's emission, and an uneven scale stretches
@@ -65,8 +65,8 @@ impl LightSpace {
         })
     }
 
-    /// Returns the space of a light in a group that `outer` transforms: this space maps to the
-    /// group's directions, and `outer` maps these to the world's.
+    /// Returns the space of a light in a group that `outer` transforms: this space maps the light's
+    /// directions to the group's, and `outer` maps the group's directions to the world's.
     #[must_use]
     pub fn within(&self, outer: &Self) -> Self {
         Self {

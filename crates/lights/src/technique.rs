@@ -46,8 +46,8 @@ pub trait PointTechnique {
     /// skip the sample.
     fn sample(&self, u: [f64; 2]) -> PointSample<Self::Measure>;
 
-    /// Samples points from many pairs of random numbers, in columns of eight. The points are the
-    /// ones that [`PointTechnique::sample`] gives one by one, to the bit; their number is the
+    /// Samples points from many pairs of random numbers, in columns of eight. The points are bit
+    /// for bit the points that [`PointTechnique::sample`] returns one by one; their number is the
     /// length of the shortest column.
     fn sample_into(&self, u: [&[[f64; 8]]; 2], out: PointColumns<'_>) {
         let [x, y, z] = out.point.map(<[[f64; 8]]>::as_flattened_mut);

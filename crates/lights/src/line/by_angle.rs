@@ -42,26 +42,29 @@ use linelit_geometry::finite::{BELOW_ONE, below_one, fraction};
 use linelit_geometry::intervals::Interval;
 use linelit_geometry::{ConvexPolygon, DVec3, ParallelLines, predicates};
 
-/// If the light's plane is nearer than this fraction of the distance to the light's farthest point,
-/// the lines are [`linelit_geometry::CloseLines`]. The light's normal, rounded to ε, would
-/// otherwise change the distance of the plane, and with it the measure, by 1e-12, and rounded
-/// corners would move an edge near the foot.
+/// If the distance of the light's plane from the shading point is less than this fraction of the
+/// distance to the light's farthest point, the lines are [`linelit_geometry::CloseLines`]. The
+/// light's normal, rounded to ε, would otherwise change the distance of the plane, and with it the
+/// measure, by 1e-12, and rounded corners would move an edge near the foot of the perpendicular
+/// from the shading point.
 const NEAR: f64 = 1e-3;
 /// The largest distance for close lines, relative to the light's size. Twice the working precision
 /// resolves such a distance to ε of a light that is ε times as wide as it is long.
 const FAR: f64 = 1e4;
-/// After a step of this size, relative to the piece, the next step of Newton's method would be
-/// rounding.
+/// After a step of Newton's method below this fraction of the interval between two knots, the next
+/// step would be below the rounding of the result, and the iteration ends.
 const LAST_STEP: f64 = 2e-9;
-/// If the light's plane is nearer than this fraction of the distance to the light's farthest point,
-/// offsets follow the plain solid angle. The corners of the part above the horizon are rounded to ε
-/// of their size, and their directions close to the foot have less than seven digits.
+/// If the distance of the light's plane from the shading point is less than this fraction of the
+/// distance to the light's farthest point, offsets follow the plain solid angle. The corners of the
+/// part above the horizon are rounded to ε of their size, and their directions close to the foot of
+/// the perpendicular from the shading point have less than seven digits.
 const NEAREST: f64 = 1e-9;
 /// The relative margin below the horizon that is added to the light if the plane is nearer than
 /// [`NEAREST`]: a few roundings of a corner.
 const MORE: f64 = 16.0 * f64::EPSILON;
-/// If the ratio of the distances of a piece's lines is larger than this, angles do not distinguish
-/// the lines well: three digits are lost.
+/// If the ratio of the largest to the smallest distance of a piece's lines from the shading point
+/// is larger than this, offsets are found by Newton's method in the offset: angles would lose three
+/// digits.
 const WIDE: f64 = 1e3;
 /// The spacing of random numbers, 2⁻⁵³.
 const HALF_ULP: f64 = 0.5 * f64::EPSILON;
@@ -114,8 +117,8 @@ const MOST_STEPS: u32 = 64;
 pub struct AngularLines {
     lines: ParallelLines,
     x: DVec3,
-    /// The foot of the shading point in line coordinates (offset, along), and the distance of the
-    /// shading point from the plane.
+    /// The foot of the perpendicular from the shading point, in the coordinates (offset, along) of
+    /// the lines; the next field is the distance of the shading point from the plane.
     foot: (f64, f64),
     z: f64,
     /// The shading normal in the frame (along, across, towards the light); `None` for the plain
@@ -205,7 +208,7 @@ impl AngularLines {
         }
     }
 
-    /// Sets up lines of which none can be drawn.
+    /// Sets up the technique for a light of which no line can be drawn: every density is 0.
     fn nothing(polygon: &ConvexPolygon, angle_rad: f64, x: DVec3) -> Self {
         Self {
             pieces: Pieces::new(core::iter::empty()),
@@ -373,7 +376,8 @@ impl AngularLines {
         }
     }
 
-    /// Computes [`ProjectedLine::projected_solid_angle`] alone.
+    /// Returns the projected solid angle of a line per radius, as
+    /// [`ProjectedLine::projected_solid_angle`] does, without setting the sampling up.
     #[inline(never)]
     fn thin_irradiance(&self, line: Line, normal: DVec3) -> f64 {
         self.view(line, Some(normal))
@@ -460,9 +464,9 @@ impl AngularLines {
         angles.fraction(v)
     }
 
-    /// Does what [`AngularLines::find`] does, by bracketed Newton steps in s itself. This is for a
-    /// foot so near, compared with the piece's width, that most of the piece is at angles which
-    /// round to the same number.
+    /// Returns the fraction s that [`AngularLines::find`] returns, by bracketed Newton steps in s
+    /// itself. This is for a shading point so near to the piece, compared with the piece's width,
+    /// that most of the piece is at angles which round to the same number.
     #[cold]
     #[inline(never)]
     fn find_wide<const CLOSE: bool>(&self, piece: &Piece<CLOSE>, target: f64, whole: f64) -> f64 {
@@ -555,8 +559,8 @@ impl AngularLines {
         (measure > 0.0).then_some(Part::Plain(line, measure))
     }
 
-    /// The fraction of a visible part before the point that has the share `place` of its measure
-    /// before it.
+    /// Returns the position on a visible part of a line, as a fraction of its length, before which
+    /// the fraction `place` of the part's measure lies.
     fn fraction_at(&self, part: &Part, place: f64) -> f64 {
         let by_view = |thin: &ThinLine| thin.view().whole_fraction(thin.sample(place).lambda);
         match part {
@@ -772,8 +776,8 @@ fn reach(polygon: &ConvexPolygon, x: DVec3) -> f64 {
     predicates::length(polygon.vertices()[0] - x) + polygon.diameter()
 }
 
-/// A visible part of a line: by its ends and its solid angle per radius, or as seen, where only the
-/// part of it above a horizon counts, by its cosines.
+/// A visible part of a line: given by its ends and its solid angle per radius, or, for projected
+/// solid angle, as the view of what is above the horizon.
 #[allow(clippy::large_enum_variant, reason = "one at a time, on the stack")]
 enum Part {
     Plain(Line, f64),
@@ -789,7 +793,7 @@ impl Part {
     }
 }
 
-/// The measures of one line: of the whole, and of the visible part.
+/// The measures of one line: the measure of the whole line, and the measure of its visible parts.
 #[derive(Clone, Copy)]
 struct LineMeasure {
     whole: f64,

@@ -6,8 +6,9 @@ use linelit_elementary::{atan2, hypot, sin};
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
-/// The largest |sin φ| at an end of a line whose points [`Line::fraction_at`] finds: beyond it
-/// cosines lose more than a factor 32 by their sines' rounding.
+/// The largest |sin φ| at an end of a line whose points [`Line::fraction_at`] finds, where φ is the
+/// angle of the end from the line's point that is closest to the shading point. Beyond it the
+/// rounding of sin φ is amplified more than 32 times in cos φ.
 const OBLIQUE: f64 = 0.984;
 
 /// A piece between neighbouring knots: its first line relative to the foot, and the differences to
@@ -24,8 +25,9 @@ pub(crate) struct Piece<const CLOSE: bool> {
     pub(crate) upper: f64,
 }
 
-/// A line relative to the foot of the shading point: its offset, beginning, end and length. They
-/// are redundant because near the light's plane each has digits that the others lack.
+/// A line relative to the foot of the shading point: its offset, beginning, end and length. These
+/// numbers are redundant because near the light's plane each is more accurate than its value
+/// computed from the others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     pub(crate) u: f64,
@@ -42,8 +44,8 @@ impl Line {
     }
 
     /// Returns the range of sin φ along the line in a plane at the height `z`: half its solid angle
-    /// per radius, times its distance. It is the formula of
-    /// [`crate::linear::LineView::solid_angle`] alone.
+    /// per radius, times its distance. The formula is the one of
+    /// [`crate::linear::LineView::solid_angle`].
     #[inline(always)]
     pub(crate) fn sine_range(&self, z: f64) -> f64 {
         let (y0, y1) = (self.lo, self.hi);
@@ -57,8 +59,9 @@ impl Line {
         }
     }
 
-    /// The fraction of the line before the point that has the share `place` of its solid angle
-    /// before it, to some 32 ε; `None` of a line that is seen too obliquely for that.
+    /// Returns the position on the line, as a fraction of its length, before which the fraction
+    /// `place` of the line's solid angle lies, to some 32 ε; `None` for a line that is seen too
+    /// obliquely for that (see [`OBLIQUE`]).
     ///
     /// From the first end to the point sin φ grows by a share of its span, d, and with c the
     /// cosines y grows by

@@ -35,8 +35,8 @@ use linelit_simd::{One, sine};
 
 /// A polygon counts as a rectangle if it deviates from one by at most this fraction of its sides:
 /// its corners may be rounded to ε of coordinates a thousand times as large. The solid angle is
-/// then the polygon's to 1e-12. The density of offsets is the rectangle's own, and exact for any
-/// deviation.
+/// then the polygon's to 1e-12. The density of offsets is the density of the rectangle's lines, and
+/// exact for any deviation.
 const ROUNDED: f64 = 1e-12;
 
 /// A rectangle whose lines are parallel to an edge, seen from a shading point.

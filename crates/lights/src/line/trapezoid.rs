@@ -6,8 +6,9 @@ use linelit_elementary::{asin, atan2, hypot};
 use linelit_geometry::finite::{fraction, power_of_two_over};
 use linelit_geometry::{DVec3, predicates};
 
-/// The value of (z/r)² below which Lambert's sum is split into two parts: at this value it has lost
-/// two of sixteen digits.
+/// The value of (z/r)² below which Lambert's sum is split into two parts, with z the distance of
+/// the plane and r the distance of the trapezoid from the shading point: at this value the sum has
+/// lost two of sixteen digits.
 const GRAZING: f64 = 1e-4;
 
 /// The value of (size/r)² below which a trapezoid near the plane is integrated by [`gauss`]. The
@@ -64,10 +65,11 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
     ///
     /// If the size is half the distance or more, it is Lambert's sum over edges, `½ Σ Θᵢ
     /// (Xᵢ·n)/|Xᵢ|`. For smaller trapezoids it is the form of this sum centred on the first corner,
-    /// in which the terms of the full turn are cancelled by hand. In both forms the part of n
-    /// across the plane sums terms of one to z²/r². Near the plane, with the foot of the shading
-    /// point outside, [`Trapezoid::beside`] therefore computes that part. The error is about 100 ε
-    /// relative to a piece as it is given.
+    /// in which the terms of the full turn are cancelled algebraically. In both sums the component
+    /// of n across the plane contributes terms of the size 1 that add up to z²/r². Near the plane,
+    /// if the foot of the perpendicular from the shading point is outside, [`Trapezoid::beside`]
+    /// therefore computes that part. The relative error is about 100 ε for the trapezoid as given,
+    /// that is without the rounding of its corners.
     pub(crate) fn irradiance(&self, n: DVec3) -> f64 {
         let grazing = if CLOSE { 1.0 } else { GRAZING };
         if CLOSE && self.size_squared() < SMALL * self.corners[0].length_squared() {
@@ -108,7 +110,8 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         (sum * self.z * self.width).abs()
     }
 
-    /// Returns a corner on an edge, from which the edge's distance from the foot is computed.
+    /// Returns the corner on the edge `i` from which the edge's distance from the foot of the
+    /// perpendicular from the shading point is computed.
     #[inline(always)]
     fn on_edge(&self, i: usize) -> DVec3 {
         self.corners[if CLOSE && i == 3 { 0 } else { i }]
@@ -197,7 +200,8 @@ impl<const CLOSE: bool> Trapezoid<CLOSE> {
         0.5 * sum
     }
 
-    /// Returns Lambert's sum, centred on the first corner so that the full turn cancels by hand.
+    /// Returns Lambert's sum, centred on the first corner so that the terms of the full turn cancel
+    /// algebraically.
     fn centred(&self, n: DVec3) -> f64 {
         let v0 = self.corners[0];
         let big = v0.length();

@@ -19,9 +19,10 @@ type Column = [f64; BLOCK];
 /// The samples of a block.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Batch {
-    /// The positions on the clipped line.
+    /// For each sample of the block, the position on the clipped line.
     pub lambda: Column,
-    /// The points and the directions, by coordinates.
+    /// The coordinates x, y and z of the points relative to the shading point, one column each; the
+    /// next field holds the unit directions.
     pub point: [Column; 3],
     pub direction: [Column; 3],
     /// The cosines n·ω.

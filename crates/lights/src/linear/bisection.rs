@@ -13,10 +13,10 @@ use linelit_elementary::atan;
 use linelit_geometry::DVec3;
 use linelit_geometry::finite::fraction;
 
-/// Iterations end when the error of the CDF is below this number …
+/// Iterations end when the error of the CDF, which is in [0, 1], is below this number.
 const TOLERANCE: f64 = 1.58e-5;
-/// … or after this many (their 20 are too few for a line 1e5 times as long as its distance: the
-/// error is then 3e-4).
+/// Iterations end after this many steps at the latest. (The 20 of Li et al. are too few for a line
+/// 1e5 times as long as its distance: the error is then 3e-4.)
 const MOST: u32 = 60;
 
 /// The line in its own coordinates: s along it, from the point closest to the shading point, which

@@ -7,11 +7,12 @@ use linelit_geometry::{DVec3, predicates};
 
 /// The largest number of steps in the inversion of the projected solid angle.
 pub(crate) const STEPS: u32 = 6;
-/// The size of the last step, as a fraction of the distance to the nearer end. A smaller step
-/// leaves an error below the precision, because convergence is of fourth order: it is at most the
-/// fourth root of ε/4.
+/// The length of a step of the inversion, as a fraction of the distance to the nearer end of the
+/// line, below which it is the last step. Such a step leaves an error below the precision, because
+/// convergence is of fourth order and this number is at most the fourth root of ε/4.
 pub(crate) const CLOSE: f64 = 5e-5;
-/// The length below which digits are lost: the square of a smaller length is subnormal.
+/// The smallest length in scene units that the techniques accept: the square of a smaller length
+/// would be subnormal and lose digits.
 pub(crate) const LEAST: f64 = 1e-145;
 
 /// Comparisons that are false for NaN.
@@ -24,8 +25,8 @@ pub(crate) trait Bounds: Copy {
     fn at_most(self, other: Self) -> Self;
     /// Whether the number is positive and finite.
     fn is_usable(self) -> bool;
-    /// Whether the number, which is the root of a square, is finite, and so large that its square
-    /// had all digits.
+    /// Whether the number, which is the root of a square, is finite, and at least [`LEAST`], so
+    /// that its square did not underflow.
     fn has_square(self) -> bool;
 }
 
@@ -49,7 +50,7 @@ impl Bounds for f64 {
 }
 
 /// Returns the cross product. Its length and direction are accurate to a few ε; where the vectors
-/// are nearly parallel, each component is accurate relative to itself.
+/// are nearly parallel, each component has a small relative error.
 #[inline(always)]
 pub(crate) fn cross(a: DVec3, b: DVec3) -> DVec3 {
     let plain = a.cross(b);
@@ -163,8 +164,8 @@ pub(crate) struct Angle {
 }
 
 /// Returns twice the angle whose tangent is a/b, in [0, π], with its sine and cosine, for a ≥ 0 and
-/// b ≥ 0 that are not both zero. The angle and its sine are accurate to a few ε relative to
-/// themselves; there are two divisions and no branches.
+/// b ≥ 0 that are not both zero. The angle and its sine have relative errors of a few ε; there are
+/// two divisions and no branches.
 #[inline(always)]
 pub(crate) fn double_angle(a: f64, b: f64) -> Angle {
     let r = a.at_most(b) / a.at_least(b);

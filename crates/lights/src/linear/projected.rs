@@ -21,13 +21,13 @@ use linelit_geometry::finite::fraction;
 ///      = (C₀N₀ − S₀N′) (v − sin v cos v) + 2 C₀N₀ sin v cos v + (C₀N′ − S₀N₀) sin² v
 /// ```
 ///
-/// The first bracket is a series for v < ½. The paper takes differences of antiderivatives that are
-/// anchored at the closest point q of the line, which cancel along the line's extension and at
-/// large distances. If they are anchored at an end, they do not cancel; the end is chosen that has
-/// at most half of the mass before the sample. The equation H(v) = ξ H(δ) is solved by Halley's
-/// irrational step (the root of the local quadratic) with a cubic term. The start is the
-/// solid-angle sample of ξ, warped by the cosines at the ends; the second step is the inverse of
-/// the Taylor series about the end of the first.
+/// The bracket v − sin v cos v is computed by a series for v < ½. The paper takes differences of
+/// antiderivatives that are anchored at the closest point q of the line, which cancel along the
+/// line's extension and at large distances. If they are anchored at an end, they do not cancel; the
+/// end is chosen that has at most half of the mass before the sample. The equation H(v) = ξ H(δ) is
+/// solved by Halley's irrational step (the root of the local quadratic) with a cubic term. The
+/// start is the solid-angle sample of ξ, warped by the cosines at the ends; the second step is the
+/// inverse of the Taylor series about the end of the first.
 ///
 /// **Units**: projected solid angle per radius H(δ)/h in sr/m; densities in m/sr (solid angle ×
 /// radius).
@@ -41,11 +41,11 @@ pub struct ProjectedLine {
     arc: Inversion,
 }
 
-/// The size of the last step of [`ProjectedLine::sample_coarse`], as a fraction of the distance to
-/// the nearer end.
+/// The length of a step of [`ProjectedLine::sample_coarse`], as a fraction of the distance to the
+/// nearer end of the line, below which it is the last step.
 const COARSE: f64 = 0.08;
 
-/// The function H as seen from one end of the arc.
+/// The mass function H of [`ProjectedLine`], with angles measured from one end of the arc.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct End {
     /// The cosine and the sine of φ at the end.
@@ -60,7 +60,8 @@ pub(crate) struct End {
     pub over_sine: [f64; 2],
 }
 
-/// The function H on the arc of a line, and its inversion.
+/// The mass function H of [`ProjectedLine`] on the arc of a line, from both ends, and its
+/// inversion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inversion {
     pub delta: f64,
@@ -104,7 +105,7 @@ impl End {
         double_angle(a, b)
     }
 
-    /// Returns H(v).
+    /// Returns the mass H(v) between this end and the angle v (see [`ProjectedLine`]).
     #[inline(always)]
     fn mass(&self, at: &Angle) -> f64 {
         let [a, b, d] = self.terms;

@@ -25,8 +25,8 @@ use linelit_geometry::{DVec3, predicates};
 /// as 0.
 ///
 /// **Domain**: lengths of lines and of vectors to their ends, and products of the length with the
-/// distance h, whose squares `f64` represents with all digits: 1e-145 to 1e154. Outside the domain
-/// the constructors return `None`.
+/// distance h, whose squares are normal numbers in `f64`: 1e-145 to 1e154. Outside the domain the
+/// constructors return `None`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LineView {
     /// The ends of the clipped line.
@@ -36,13 +36,15 @@ pub struct LineView {
     whole: f64,
     /// The fractions of the whole line at which the clipped line begins and ends.
     range: [f64; 2],
-    /// The difference of these fractions, accurate relative to itself also where little is left,
-    /// with the sign that leads away from each end.
+    /// The difference of the fractions in `range`, with a small relative error also where little of
+    /// the line is left: positive at the first end and negative at the second, the sign that leads
+    /// away from each end.
     kept: [f64; 2],
     /// The length of the clipped line, and the distances of its ends.
     l: f64,
     r: [f64; 2],
-    /// The reciprocals of these distances, and the cosines h/r at both ends.
+    /// The reciprocals of the distances of the clipped ends; the next field holds the cosines h/r
+    /// at both ends.
     inverse: [f64; 2],
     cosine: [f64; 2],
     /// p0·p1 and |p0 × p1| for the clipped ends.

@@ -34,12 +34,12 @@ pub struct AreaSampler<'a> {
     density: Pdf<Area>,
 }
 
-/// How a polygon is divided for sampling.
+/// The way in which a polygon is divided for sampling.
 #[derive(Clone, Copy, Debug)]
 enum Cut {
     /// A corner and the two edges from it.
     Parallelogram(DVec3, DVec3, DVec3),
-    /// The areas of the triangles of its fan.
+    /// The areas of the triangles of the polygon's fan, by which one of the triangles is chosen.
     Fan(Pieces),
 }
 
@@ -59,7 +59,7 @@ impl<'a> AreaSampler<'a> {
     }
 
     /// Sets the technique up with a fan of triangles even if the polygon is a parallelogram. All
-    /// points of one first random number then lie on one line from the first corner.
+    /// points with the same first random number then lie on one line from the first corner.
     #[must_use]
     pub fn by_fan(polygon: &'a ConvexPolygon) -> Self {
         Self {
@@ -68,8 +68,8 @@ impl<'a> AreaSampler<'a> {
         }
     }
 
-    /// Returns the line on which the points of a first random number `u` lie, for all second
-    /// numbers.
+    /// Returns the line on which the points with the first random number `u` lie, for all second
+    /// random numbers.
     ///
     /// With a [fan](Self::by_fan) the lines run from the first corner to the border, with equal
     /// numbers of them over equal areas (Billen & Dutré 2016, §8): a line of length R at the angle
@@ -195,7 +195,7 @@ pub(crate) mod tests {
     use linelit_testkit::rng::SplitMix64;
 
     /// Regular polygons of three to twelve corners and parallelograms, seen from anywhere: also
-    /// from their planes, from afar, and with coordinates whose squares are no numbers.
+    /// from their planes, from afar, and with coordinates whose squares overflow.
     pub(crate) fn fans() -> Vec<(ConvexPolygon, DVec3)> {
         let mut rng = SplitMix64::new(71);
         let mut out = Vec::new();

@@ -24,7 +24,8 @@ pub(crate) fn triangle(vertices: &[DVec3], i: usize) -> [DVec3; 3] {
     [vertices[0], vertices[i + 1], vertices[i + 2]]
 }
 
-/// Returns the coordinates of a point of the polygon in the fan. `None` where it lies outside by
+/// Returns the triangle of the fan that contains a point of the polygon, and the point's
+/// coordinates λ and κ in it ([`FanPoint`]). `None` where the point lies outside the polygon by
 /// more than the rounding of its coordinates (64 ε of the largest coordinate, which moves λ and κ
 /// by as much relative to the polygon's size).
 pub(crate) fn locate(polygon: &ConvexPolygon, point: DVec3) -> Option<FanPoint> {

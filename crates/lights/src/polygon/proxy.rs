@@ -34,7 +34,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 pub struct ProxySampler {
     polygon: ConvexPolygon,
     x: DVec3,
-    /// Areas of the proxy triangles.
+    /// The areas of the proxy triangles, by which one of them is chosen.
     pieces: Pieces,
 }
 
@@ -61,7 +61,8 @@ impl Proxy {
         }
     }
 
-    /// Returns the determinant of the unit vectors: twice the area times the distance of the plane.
+    /// Returns the determinant of the unit vectors to the corners: twice the proxy's area times the
+    /// distance of its plane from the shading point.
     #[inline(always)]
     fn det(&self) -> f64 {
         let [la, lb, lc] = self.length;

@@ -23,7 +23,8 @@ pub(crate) struct Quadrilateral {
     pub(crate) lengths: [f64; 4],
     /// ab, ac, ad, bc, cd.
     pub(crate) sides: [Side; 5],
-    /// For each triangle, the distance of its plane times twice its area.
+    /// For each of the two triangles, the distance of its plane from the shading point times twice
+    /// its area.
     pub(crate) det: [f64; 2],
 }
 
@@ -40,7 +41,7 @@ type Rows = [[[f64; 8]; 3]; 4];
 type Results = [[f64; 8]; 9];
 
 impl Quadrilateral {
-    /// Computes the view; `None` where squares would lose digits or are not finite.
+    /// Computes the view; `None` where squares of lengths underflow or overflow.
     pub(crate) fn new(isa: Isa, vertices: &[DVec3; 4], x: DVec3) -> Option<Self> {
         let corners = vertices.map(|v| v - x);
         let mut rows: Rows = [[[0.0; 8]; 3]; 4];
@@ -84,7 +85,7 @@ impl Quadrilateral {
 /// Computes a product and its rounding error as `linelit_geometry::predicates` does, in each lane.
 #[inline(always)]
 fn two_product<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
-    /// 2²⁷ + 1.
+    /// Dekker's factor 2²⁷ + 1, by which a number is split into two halves of 26 bits.
     const SPLITTER: f64 = 134_217_729.0;
     let (p, c, d) = (a * b, a * SPLITTER, b * SPLITTER);
     let (ah, bh) = (c - (c - a), d - (d - b));
@@ -100,7 +101,7 @@ fn two_sum<S: Simd>(a: S::D, b: S::D) -> (S::D, S::D) {
     (s, (a - (s - t)) + (b - t))
 }
 
-/// Computes ab − cd with little more than one rounding, in each lane.
+/// Computes ab − cd with an error little larger than one rounding of the result, in each lane.
 #[inline(always)]
 fn diff_of_products<S: Simd>(a: S::D, b: S::D, c: S::D, d: S::D) -> S::D {
     let (p, ep) = two_product::<S>(a, b);
@@ -125,8 +126,8 @@ fn dot<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> S::D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Computes all results; false where a square is outside the range that `predicates::length` takes
-/// without scaling.
+/// Computes all results; returns false where the square of a length is outside the range that
+/// `predicates::length` handles without scaling.
 #[inline(always)]
 fn look_kernel<S: Simd>(s: S, rows: &Rows, first: DVec3, out: &mut Results) -> bool {
     let load = |row: &[[f64; 8]; 3]| [s.dload(&row[0]), s.dload(&row[1]), s.dload(&row[2])];

@@ -15,8 +15,8 @@ use linelit_geometry::finite::{below_one, fraction};
 /// left; it may have holes and several parts. It is cut into slabs at the ends of the pieces. A
 /// point has the coordinates (p, q) in the plane: p is drawn by the length of the region at p,
 /// which is linear over a slab, and q uniformly over this length. The density is 1/A in 1/m², and
-/// the error of A is ε times the region's extent for each piece over a slab. One value can be used
-/// for any number of regions, and reuses its memory.
+/// the error of A is ε times the area of the region's bounding box for each piece over a slab. One
+/// value can be used for any number of regions, and reuses its memory.
 ///
 /// ```text
 ///  q │     ╱╲
@@ -47,13 +47,16 @@ pub struct RegionSampler {
     plane: [DVec3; 3],
     sides: Vec<Side>,
     slabs: Vec<Slab>,
-    /// The sides over each slab, ordered by where they cross it.
+    /// The indices of the sides over each slab, slab by slab and in each slab ordered by q. The
+    /// entries of a slab are at its range `over`.
     over: Vec<usize>,
-    /// The area before each slab, and the whole area at the end, in units of the axes.
+    /// For each slab, the area of the region at smaller p, and at the end the whole area, in
+    /// coordinates (p, q).
     sums: Vec<f64>,
     /// The area in square metres.
     area: f64,
-    /// Scratch memory: the ends of the sides, and the sides over the current slab.
+    /// Scratch memory: the values of p at the ends of the sides, and the sides over the current
+    /// slab.
     ends: Vec<f64>,
     active: Vec<(f64, usize)>,
 }
@@ -186,8 +189,8 @@ impl RegionSampler {
         }
     }
 
-    /// Returns the intervals of q in which the region lies at a p within a slab, in ascending
-    /// order.
+    /// Returns the intervals of q that the region covers on the line of constant `p` within a slab,
+    /// in ascending order.
     #[inline]
     fn parts(&self, slab: &Slab, p: f64) -> impl Iterator<Item = [f64; 2]> {
         let (mut depth, mut begin) = (0, 0.0);

@@ -24,7 +24,7 @@ const KEPT: usize = 2;
 /// up to seven digits than the classic sum of the angles of the spherical rectangle.
 ///
 /// **Domain**: any `x`. In the light's plane Ω = 0, and every density is 0. Both sides of the light
-/// are sampled alike: whether the back emits is answered by [`crate::AreaLight::faces`]. There is
+/// are sampled alike: [`crate::AreaLight::faces`] says whether the side towards `x` emits. There is
 /// no threshold between techniques: one formula is used from Ω = 1e-12 (and far below) to 2π.
 ///
 /// **Accuracy**: Ω to about 10 ε (1 + r/z), where r is the largest distance of a vertex and z the

@@ -98,8 +98,8 @@ impl Corner {
     }
 }
 
-/// `1 + cos θ` and `tan(θ/2)` of the angle θ between a and `b = a + edge`, and a × b. All are
-/// accurate relative to their size.
+/// The side of a spherical triangle between two corners a and `b = a + edge`, which subtends the
+/// angle θ: `1 + cos θ`, `tan(θ/2)` and a × b. All have a small relative error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
     pub(crate) one_plus: f64,
@@ -133,7 +133,8 @@ impl Side {
         Self::from_cross(predicates::cross(a, edge), a.dot(b), la * lb)
     }
 
-    /// Makes a side from the products of its ends, by the form that does not cancel.
+    /// Makes a side from the cross product and the dot product of its ends and the product of their
+    /// lengths, by the formula that does not cancel.
     #[inline]
     fn from_cross(cross: DVec3, dot: f64, product: f64) -> Self {
         let length = predicates::length(cross);
@@ -164,7 +165,7 @@ pub(crate) fn cross_in_plane(a: DVec3, edge: DVec3) -> DVec3 {
 }
 
 /// Returns Ω/2 by `atan2(D τ₁, P + τ₁ (a·t))`, where the longest side is taken for ab. This is the
-/// only choice whose denominator keeps its digits when x comes close to an edge.
+/// only choice whose denominator does not cancel when x comes close to an edge.
 fn half_solid_angle(sides: &[Side; 3], len: &[f64; 3], det: f64) -> f64 {
     let [ab, bc, ca] = sides;
     let (long, next, la, lb) = if ab.one_plus <= bc.one_plus && ab.one_plus <= ca.one_plus {
@@ -248,7 +249,7 @@ impl SphericalTriangle {
         }
     }
 
-    /// Multiplies all lengths by a power of two; samples do not depend on it.
+    /// Multiplies all lengths by a power of two, on which samples do not depend.
     #[cold]
     fn scale(&mut self, by: f64) {
         for v in [&mut self.a, &mut self.b, &mut self.ab, &mut self.bc] {
@@ -422,6 +423,7 @@ fn ratio<L: Lanes>(l: L, w: L::D, other: L::D) -> L::D {
     l.dmax(w / (w + other), l.dsplat(0.0))
 }
 
-/// The range of lengths in which squares of their products keep their digits.
+/// The smallest length for which the squares of products of two lengths do not underflow; shorter
+/// triangles are scaled.
 const SMALL: f64 = 1e-60;
 const LARGE: f64 = 1e60;

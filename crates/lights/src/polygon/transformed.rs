@@ -8,17 +8,19 @@ use crate::samples::PointSample;
 use crate::{PointTechnique, SolidAngleSampler};
 use linelit_geometry::{ConvexPolygon, DMat3, DVec3};
 
-/// Samples a convex polygon, as seen from x, uniformly by the solid angle of its image under M⁻¹,
-/// as far as the image is above the horizon. With ω the direction to a point and c = M⁻¹ω/|M⁻¹ω|,
-/// the density is |det M⁻¹|/(|M⁻¹ω|³ Ω) where c.z > 0; Ω is the solid angle of the image.
+/// Samples a convex polygon, as seen from x, uniformly by the solid angle of its image: the polygon
+/// that the linear map M⁻¹ makes of it, clipped to the horizon z = 0. With ω the direction to a
+/// point and c = M⁻¹ω/|M⁻¹ω|, the density is |det M⁻¹|/(|M⁻¹ω|³ Ω) where c.z > 0; Ω is the solid
+/// angle of the image.
 ///
 /// An LTC is this density times Ω c.z/π, so that the weights of samples vary by the cosine c.z
 /// only. To follow the cosine as well, by [`AngularLines::by_projected_solid_angle`] of the image,
 /// would take 17 times as long for each sample.
 ///
 /// **Domain**: M maps cosine space, in which z is the axis of the cosine, to the world. There is no
-/// sampler if the image of the light is not a polygon: if it is flat, or beyond the range of
-/// [`ConvexPolygon`]. **Source**: Heitz, Dupuy, Hill & Neubelt 2016, for the map.
+/// sampler if the image of the light is not a polygon: if the image is seen edge-on, or its
+/// coordinates are beyond the range of [`ConvexPolygon`]. **Source**: Heitz, Dupuy, Hill & Neubelt
+/// 2016, for the map.
 ///
 /// ```
 /// use linelit_lights::geometry::{ConvexPolygon, DMat3, DVec3};
@@ -66,15 +68,16 @@ impl TransformedSampler {
         })
     }
 
-    /// Returns the image of the light in cosine space, seen from the origin and clipped to the
-    /// horizon there, to rounding. The integral of the LTC over the light is the integral of the
-    /// cosine over this image.
+    /// Returns the polygon that the map makes of the light in cosine space, relative to the origin
+    /// and clipped to the horizon there, to rounding. The integral of the LTC over the light is the
+    /// integral of the cosine over this image.
     #[must_use]
     pub const fn image(&self) -> &ConvexPolygon {
         self.image.polygon()
     }
 
-    /// Returns the density at a point of the light whose image is given.
+    /// Returns the density at the point of the light whose vector from the shading point is
+    /// `to_light`, and whose mapped vector in cosine space is `image`.
     fn density(&self, to_light: DVec3, image: DVec3) -> Pdf<SolidAngle> {
         let stretch = to_light.length() / image.length();
         Pdf::new(self.shrink * stretch * stretch * stretch / self.image.solid_angle())

@@ -13,9 +13,9 @@ use linelit_geometry::{DVec3, Frame, Segment, predicates};
 
 /// The number of pieces on which the density of the offset's angle is linear.
 const PIECES: usize = 16;
-/// The angle of one piece.
+/// The angle of one piece of the half turn, in radians.
 const STEP: f64 = PI / PIECES as f64;
-/// The sines of multiples of the step.
+/// The sines of the multiples of [`STEP`] up to a quarter turn.
 const SINES: [f64; PIECES / 2 + 1] = [
     0.0,
     0.195_090_322_016_128_25,
@@ -63,10 +63,11 @@ pub struct DiskChords {
     axes: [DVec3; 2],
     /// The height of the shading point above the plane.
     z: f64,
-    /// The horizons that cut the disk: a, b, c such that `a v + b u + c ≥ 0` above the horizon.
+    /// The horizons that cut the disk: a, b, c such that `a v + b u + c ≥ 0` above the horizon, for
+    /// the point at the offset u across the chords and the position v along them.
     cuts: [[f64; 3]; 2],
     cut_count: usize,
-    /// The middle of the range of offsets, and half its length.
+    /// The midpoint of the range of offsets; the next field is half its length.
     middle: f64,
     half: f64,
     /// μ cos φ at the ends of the pieces.
@@ -202,7 +203,7 @@ impl DiskChords {
         Segment::new(middle + along * from, middle + along * to)
     }
 
-    /// Returns μ at an offset.
+    /// Returns the measure μ of the chord at an offset (see [`DiskChords`]).
     fn chord_measure(&self, offset: f64) -> f64 {
         let Some(ends) = self.extent(offset) else {
             return 0.0;
@@ -283,8 +284,8 @@ impl DiskChords {
     }
 }
 
-/// Returns the piece that contains the angle of a sine and cosine, counted from the nearer end, and
-/// the position in the piece.
+/// Returns the index of the piece, counted from the nearer end of the half turn, that contains the
+/// angle with the given sine and cosine, and the position in the piece.
 fn place_of(sine: f64, cosine: f64) -> (usize, f64) {
     let steps = atan2(cosine, sine.abs()) / STEP;
     #[allow(

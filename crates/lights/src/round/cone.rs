@@ -6,8 +6,8 @@ use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction};
 use linelit_geometry::{DMat3, DVec3, EllipticCone, Frame};
 
-/// The smallest tangent of a half angle of the disk's image, and the smallest ratio of its two
-/// tangents.
+/// The smallest tangent of a half angle of the cone into which M⁻¹ maps the disk's directions, and
+/// the smallest ratio of its two tangents. There is no sampler below it.
 const LEAST: f64 = 1e-6;
 
 /// Samples the directions in which a disk is seen, by a linearly transformed cosine (LTC).
@@ -24,10 +24,10 @@ const LEAST: f64 = 1e-6;
 /// Where the disk covers the whole lobe this is the LTC itself, and where the disk is small it is
 /// uniform in the solid angle.
 ///
-/// **Domain**: M maps cosine space, in which z is the axis of the cosine, to the world. Parts of
-/// the image below the horizon are drawn as well. There is no sampler for a disk that is seen from
-/// its plane, or smaller than 1e-6 of its distance in the image, where directions would have too
-/// few digits.
+/// **Domain**: M maps cosine space, in which z is the axis of the cosine, to the world. Directions
+/// that M⁻¹ maps below the horizon are drawn as well. There is no sampler for a disk that is seen
+/// from its plane, or for a cone with a tangent below 1e-6, where directions would have too few
+/// digits.
 ///
 /// ```
 /// use linelit_lights::geometry::{DMat3, DVec3};
@@ -87,15 +87,16 @@ impl TransformedCone {
         })
     }
 
-    /// Returns the integral of the LTC over the disk, from 0 to 1, if the disk's image is
-    /// completely above the horizon; an approximation where the horizon cuts it.
+    /// Returns the integral of the LTC over the disk, from 0 to 1, if the cone into which M⁻¹ maps
+    /// the disk is completely above the horizon; an approximation where the horizon cuts it.
     #[must_use]
     pub const fn about_integral(&self) -> f64 {
         self.integral
     }
 
-    /// Returns the integral sin² θ of the cosine over a circular cone of the image's size. It is
-    /// close to one where the disk extends into the tails of the lobe.
+    /// Returns the integral sin² θ of the cosine over a circular cone about z with tan² θ = ab,
+    /// where a and b are the tangents of the half angles of the cone into which M⁻¹ maps the disk's
+    /// directions. It is close to one where the disk extends into the tails of the lobe.
     #[must_use]
     pub const fn coverage(&self) -> f64 {
         self.square

@@ -47,7 +47,8 @@ pub struct CylinderView {
     /// The positions of the ends along the axis, relative to the shading point.
     ends: [f64; 2],
     pub(crate) rho: f64,
-    /// R/ρ; the next field is 1 − R/ρ.
+    /// k = R/ρ, the radius over the distance of the shading point from the axis; the next field is
+    /// 1 − k.
     pub(crate) k: f64,
     rest: f64,
 }
@@ -318,8 +319,8 @@ impl CylinderView {
         Segment::new(seen(line.p0), seen(line.p1))
     }
 
-    /// Whether a triangle stays out of the space between the side and the outline: then it hides
-    /// the same of the outline as of the side.
+    /// Whether a triangle does not reach into the space between the side and the outline. Such a
+    /// triangle hides the same points of the outline as of the side.
     ///
     /// The space that is tested is larger: everything inside the infinite cylinder that is beyond
     /// the outline's plane and between the heights that are seen on it.
@@ -387,7 +388,7 @@ impl CylinderView {
     }
 }
 
-/// Returns 1 − cos φ, accurate relative to its size.
+/// Returns 1 − cos φ with a small relative error.
 fn one_minus(sin: f64, cos: f64) -> f64 {
     if cos > 0.0 {
         sin * sin / (1.0 + cos)

@@ -13,9 +13,9 @@ use linelit_geometry::{DVec3, Segment};
 
 /// The number of pieces on which the density of a line's angle is linear.
 const PIECES: usize = 12;
-/// The ends of the pieces as angles of incidence, from the middle of the range and in units of half
-/// of it. They are closer together towards the rim, where the distance of a line behaves as the
-/// square root of its distance from the rim.
+/// The ends of the pieces as angles of incidence, measured from the midpoint of the range and in
+/// units of half of the range. They are closer together towards the rim, where the distance of a
+/// line behaves as the square root of its distance from the rim.
 const ENDS: [f64; PIECES + 1] = [
     -1.0, -0.974, -0.887, -0.735, -0.526, -0.274, 0.0, 0.274, 0.526, 0.735, 0.887, 0.974, 1.0,
 ];
@@ -85,7 +85,7 @@ impl CylinderLines {
         }
     }
 
-    /// Sets up lines of which none can be drawn.
+    /// Sets up the technique for a cylinder of which no line can be drawn: every density is 0.
     fn nothing(x: DVec3, horizons: &[DVec3], measure: ChordMeasure) -> Self {
         let normal = horizons.first().copied().unwrap_or(DVec3::Z);
         Self {

@@ -83,7 +83,7 @@ struct Cut {
     /// The offsets, in units of σ, where ellipse and circle touch, and where the slices end.
     touch: f64,
     last: f64,
-    /// The integrals of the width from the middle to these offsets.
+    /// The integrals of the width from q = 0 to the offsets `touch` and `last`.
     at_touch: f64,
     half: f64,
 }
@@ -233,8 +233,9 @@ impl SphereProjected {
         }
     }
 
-    /// Returns the height |q| below which the fraction `share` of the mass of its side lies. It
-    /// uses Newton's method in a bracket, from a start that is exact where slices shrink to zero.
+    /// Returns the height |q| of the slice below which the fraction `share` of the mass of one half
+    /// of the cut sphere lies. It is found by Newton's method in a bracket, from a start that is
+    /// exact where slices shrink to zero.
     fn height(&self, cut: &Cut, share: f64) -> f64 {
         // Start as if the mass above a height fell as the power 3/2 of the distance to the end.
         let target = share * cut.half;
@@ -263,7 +264,7 @@ impl SphereProjected {
         q
     }
 
-    /// Returns ∫ W dy from the middle to σ q.
+    /// Returns ∫ W dy from y = 0 to σ q.
     fn mass(&self, cut: &Cut, q: f64) -> f64 {
         if q <= cut.touch {
             return self.lens(q);

@@ -7,7 +7,7 @@ use linelit_elementary::{atan2, sin_cos};
 use linelit_geometry::finite::{below_one, fraction, power_of_two_over};
 use linelit_geometry::{DVec3, Frame, predicates};
 
-/// Returns the point with the unit normal `n`.
+/// Returns the point of the sphere whose outward unit normal is `n`.
 pub(crate) fn at(sphere: &Sphere, n: DVec3) -> DVec3 {
     sphere.center + n * sphere.radius
 }
@@ -55,8 +55,8 @@ fn azimuth(frame: &Frame, v: DVec3) -> f64 {
     below_one(if turn < 0.0 { turn + 1.0 } else { turn })
 }
 
-/// Returns `1 − cos` of the angle between a direction of length `r` and the z axis, accurate
-/// relative to its size.
+/// Returns `1 − cos` of the angle between a direction of length `r` and the z axis, with a small
+/// relative error.
 fn one_minus_cos(frame: &Frame, v: DVec3, r: f64) -> f64 {
     let (x, y, z) = (v.dot(frame.x), v.dot(frame.y), v.dot(frame.z));
     if z > 0.0 {

@@ -73,7 +73,8 @@ impl fmt::Debug for SkyImage {
     }
 }
 
-/// The part of the mean that is added to each cell, as a uniform density.
+/// The fraction of the mean over all cells that is added to each cell of the hierarchy, so that a
+/// part of the density is uniform.
 const UNIFORM: f32 = 0.01;
 
 /// The largest number of levels below the whole sphere: 2048 × 2048 cells.

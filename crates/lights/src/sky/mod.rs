@@ -59,7 +59,8 @@ impl Sky {
         self.along(w)
     }
 
-    /// Returns the radiance from a direction that is known to be of the sun and through the portal.
+    /// Returns the radiance from a direction that is known to be within the sun's disk (if this is
+    /// a sun) and to pass through the portal (if there is one).
     #[inline]
     #[must_use]
     pub fn along(&self, w: DVec3) -> DVec3 {
@@ -69,8 +70,8 @@ impl Sky {
         }
     }
 
-    /// Whether the direction is of the sun (if this is one), and through the portal (if there is
-    /// one).
+    /// Whether the direction `w` is within the sun's disk (if this is a sun), and the ray from `x`
+    /// in this direction passes through the portal (if there is one).
     pub(crate) fn shows(&self, x: DVec3, w: DVec3) -> bool {
         let in_sun = match self.emission {
             SkyEmission::Sun {

@@ -30,7 +30,7 @@ impl Disk {
 /// A disk that emits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiskLight {
-    /// The shape; its normal is the emitting side.
+    /// The shape; its normal points to the side that emits.
     pub disk: Disk,
     /// The radiance that it emits, and from which sides.
     pub emission: Emission,
@@ -61,16 +61,16 @@ impl Disk {
     }
 }
 
-/// Returns the corners of the regular polygon that encloses the unit circle, of which
-/// [`Disk::around`] is the image.
+/// Returns the corners of the regular polygon that encloses the unit circle, which [`Disk::around`]
+/// scales and moves onto the disk.
 #[must_use]
 pub fn around_unit_circle() -> [[f64; 2]; Disk::CORNERS] {
     around_circle(1.0, |radius, s, c| [c * radius, s * radius])
 }
 
-/// Makes the corners of such a polygon from their distance from the centre, and the sine and cosine
-/// of their angles. The distance is a little larger than around an exact circle, since the rim is
-/// rounded.
+/// Makes the corners of a regular polygon that encloses a circle, from their distance from the
+/// centre, and the sine and cosine of their angles. The distance is a little larger than around an
+/// exact circle, since the rim is rounded.
 fn around_circle<P>(radius: f64, corner: impl Fn(f64, f64, f64) -> P) -> [P; Disk::CORNERS] {
     let turn = TAU / Disk::CORNERS as f64;
     let radius = radius / cos(0.5 * turn) * (1.0 + 1e-9);

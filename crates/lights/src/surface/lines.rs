@@ -218,7 +218,8 @@ fn cylinder<'t>(
     LineFamily::Cylinder(along_cylinder(light, from, measure))
 }
 
-/// Sets up the lines of a measure along a cylinder, above both horizons of the shading point.
+/// Sets up the lines along a cylinder, drawn by the given measure, above both horizons of the
+/// shading point.
 pub(super) fn along_cylinder(
     light: &CylinderView,
     from: &Viewer<'_>,

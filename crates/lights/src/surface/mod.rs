@@ -169,7 +169,7 @@ impl Surface<'_> {
         of!(Surface self, shape => shape.may_rise_above(x, n))
     }
 
-    /// Returns half of the smaller extent of the surface: see [`Shape::half_width`].
+    /// Returns half of the smaller width of the surface: see [`Shape::half_width`].
     #[must_use]
     pub fn half_width(&self) -> f64 {
         of!(Surface self, shape => shape.half_width())
