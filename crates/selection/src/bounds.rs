@@ -11,11 +11,11 @@ use linelit_lights::{Light, Normals};
 /// Whether the lights of a group can light a surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reach {
-    /// No light of the group can.
+    /// No light of the group can light the point.
     None,
     /// The bounds do not decide it; the members have to be tested.
     Unknown,
-    /// Every light of the group can.
+    /// Every light of the group can light the point.
     All,
 }
 
@@ -27,8 +27,8 @@ pub(crate) struct LightBounds {
     hi: DVec3,
     /// The square of half the box's diagonal.
     radius2: f64,
-    /// The axis and the half angle of the cone of normals; each light shines up to 90° off its
-    /// normal.
+    /// The axis of the cone that contains all normals; the next field is the cone's half angle in
+    /// radians. Each light shines up to 90° off its normal.
     axis: DVec3,
     spread: f64,
     /// (sin, cos) of the half angle of the cone.
@@ -42,12 +42,12 @@ pub(crate) struct LightBounds {
     endless: bool,
     /// Whether some lights are points, whose profile may be zero in a direction.
     dim: bool,
-    /// Whether some lights are neither polygons nor linear lights: their heights are computed
-    /// otherwise than the heights of the box.
+    /// Whether some lights are neither polygons nor linear lights. The heights of such lights are
+    /// computed by other operations than the heights of the box, and need a tolerance.
     round: bool,
     pub(crate) power: f64,
-    /// The power-weighted mean position, the mean squared distance from it, and the mean normal
-    /// (which is zero for two-sided lights).
+    /// The power-weighted mean position; the next two fields are the mean squared distance from it,
+    /// and the mean normal (which is zero for two-sided lights).
     mean: DVec3,
     variance: f64,
     normal: DVec3,
@@ -143,9 +143,9 @@ impl LightBounds {
         2.0 * PI * (1.0 - co) + 0.5 * PI * (2.0 * w * so - cos(o - 2.0 * w) - 2.0 * o * so + co)
     }
 
-    /// Whether the group is small compared with its distance from `x`: the radius of its box is
-    /// below `ratio` times the distance. If the box crosses the horizon, where a mean says little
-    /// about single lights, the radius has to be below a quarter of that.
+    /// Whether the group is small compared with its distance from `x`: half the diagonal of its box
+    /// is below `ratio` times the distance. If the box crosses the horizon, where a mean says
+    /// little about single lights, it has to be below a quarter of that.
     pub(crate) fn is_far(&self, x: DVec3, n: DVec3, ratio: f64) -> bool {
         let to = self.center() - x;
         let height = n.dot(to);

@@ -47,8 +47,8 @@ pub fn positive_part(c: f64, spread: f64) -> f64 {
 }
 
 /// Whether any point of the light can light the surface point `x` with the unit normal `n`: a part
-/// of it is above the tangent plane, and x is on a side that emits. Only if this is false may α be
-/// 0.
+/// of the light is above the tangent plane, and x is on a side that emits. Only if this is false
+/// may the probability α of choosing the light be 0.
 #[must_use]
 pub fn can_contribute(light: &Light, x: DVec3, n: DVec3) -> bool {
     light.can_light(x, n)
@@ -69,9 +69,10 @@ pub fn unshadowed(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64
     }
 }
 
-/// Returns the estimate from the light's centre. It is deterministic, and wrong where the centre is
-/// below the horizon while other parts are not: if α = 0 follows from it, it makes the bands of
-/// Shirley & Wang's Fig. 10. Use it for that comparison only.
+/// Returns an estimate of the light that a surface reflects, from the light's centre in place of a
+/// random point. It is deterministic, and wrong where the centre is below the horizon while other
+/// parts are not: with a probability α = 0 there, an image gets the bands of Shirley & Wang's Fig.
+/// 10. Use it for that comparison only.
 #[must_use]
 pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light {
@@ -85,7 +86,7 @@ pub fn unshadowed_at_center(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3
     }
 }
 
-/// Returns the reflected light of a delta light.
+/// Returns the reflected light of a delta light without occluders, averaged over the channels.
 fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     match light.beam(at.position) {
         Some(beam) if at.normal.dot(beam.direction) > 0.0 => {
@@ -95,7 +96,7 @@ fn from_beam(light: &Light, at: &Receiver<impl Fn(DVec3) -> DVec3>) -> f64 {
     }
 }
 
-/// Returns the estimate from a random direction of a sky.
+/// Returns a one-sample estimate of the reflected light of a sky, from a random direction.
 fn from_sky(sky: &Sky, at: &Receiver<impl Fn(DVec3) -> DVec3>, u: [f64; 2]) -> f64 {
     let view = SkyView::new(sky, at.position);
     let sample = SkyPoints::new(view, SkyBy::Projected(at.normal)).sample(u);

@@ -117,7 +117,8 @@ impl Discrete {
         self.sums[self.sums.len() - 1]
     }
 
-    /// Returns the light for a random number in [0, 1).
+    /// Returns the light that a random number in [0, 1) chooses, with its probability; `None` if
+    /// the distribution is empty.
     #[must_use]
     pub fn pick(&self, u: f64) -> Option<Picked> {
         let target = unit(u) * self.total();
@@ -149,14 +150,16 @@ impl Discrete {
     }
 }
 
-/// The fraction of the total that is reserved, divided by N, for every light that may contribute.
+/// The sum of the least probabilities of [`Estimated`]: every one of N lights that may contribute
+/// gets at least this fraction of the sum, divided by N.
 pub const FLOOR: f64 = 0.05;
 
-/// The largest power or estimate of one light, so that sums over all lights are finite.
+/// The largest power or estimate of one light; larger values are clamped to it, so that sums over
+/// all lights are finite.
 pub(crate) const LARGEST: f64 = 1e280;
 
-/// The fraction of a safe, wider estimate that is added to a narrow one, so that a light for which
-/// the narrow estimate is too small is not chosen much too seldom.
+/// The factor of a conservative estimate that is added to a more precise one, so that a light for
+/// which the precise estimate is too small is not chosen much too seldom.
 pub(crate) const DEFENCE: f64 = 0.05;
 
 /// A distribution in proportion to an estimate of every light's unshadowed contribution at one

@@ -158,11 +158,11 @@ impl LtcReceiver {
     }
 }
 
-/// A light approximated by a cap of directions.
+/// A light approximated by a circular cap of directions, as seen from a surface point.
 #[derive(Clone, Copy, Debug)]
 struct Cap {
     radiance: DVec3,
-    /// The direction to its centre.
+    /// The unit direction to the cap's centre.
     w: DVec3,
     /// The sine of the angle between its centre and its border.
     reach: f64,
@@ -224,12 +224,13 @@ fn around_axis(p0: DVec3, p1: DVec3, radius: f64, n: DVec3) -> f64 {
     cylinder::irradiance(p0, p1, n).max(raised)
 }
 
-/// An LTC with albedo one, and the albedo.
+/// A lobe of the receiver: an LTC whose integral is one, and its albedo.
 #[derive(Clone, Copy, Debug)]
 struct Lobe {
     ltc: Ltc,
     albedo: DVec3,
-    /// M⁻¹, applied to directions of the world, and |det M⁻¹|.
+    /// The inverse map M⁻¹ of the LTC, from directions of the world to cosine space; the next field
+    /// is |det M⁻¹|.
     inverse: DMat3,
     determinant: f64,
     /// |M z|²/|M x|² and |M z|²/|M y|², which are large for a narrow lobe.
@@ -282,8 +283,8 @@ mod tests {
     use linelit_testkit::quadrature::cubature;
     use std::f64::consts::TAU;
 
-    /// The mean for a unit vector is the density, and the mean over a cap agrees with cubature to a
-    /// quarter, for caps of 2° to 30° on the axes of lobes of 3° to 45° and away from them.
+    /// The mean for a unit vector is the density, and the mean over a cap agrees with cubature to
+    /// 25 %, for caps of 2° to 30° on the axes of lobes of 3° to 45° and away from them.
     #[test]
     fn means_of_a_lobe_are_near() {
         let mut worst = 1.0_f64;

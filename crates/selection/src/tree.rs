@@ -36,7 +36,7 @@ struct Node {
     leaf: bool,
 }
 
-/// A group of the cut, or one that may still be opened.
+/// A group of lights that is visited: one that may still be opened, or one of the cut.
 #[derive(Clone, Copy, Debug, Default)]
 struct Group {
     node: usize,
@@ -112,10 +112,11 @@ pub struct LightTree {
     trails: Vec<Option<u64>>,
 }
 
-/// Groups whose size over distance is below this number are not opened.
+/// The ratio of a group's size (half the diagonal of its box) to its distance from the surface
+/// point below which the group is not opened.
 const FAR: f64 = 0.4;
-/// The range of importances, such that with as many groups as memory can hold, sums are finite and
-/// fractions positive.
+/// The range to which importances are clamped, so that with as many groups as memory can hold, sums
+/// are finite and fractions positive.
 const IMPORTANCES: (f64, f64) = (1e-140, 1e140);
 /// The smallest probability of a child that has a light to contribute, which rounding cannot make
 /// zero.
@@ -403,7 +404,7 @@ impl LightTree {
     }
 }
 
-/// Returns the bounds of a group that is not empty.
+/// Returns the union of the bounds of a group that is not empty.
 fn together<'a>(mut members: impl Iterator<Item = &'a LightBounds>) -> LightBounds {
     #[allow(
         clippy::expect_used,
@@ -456,7 +457,7 @@ fn split(members: &mut [(usize, LightBounds)], depth: u32) -> usize {
     members.len() / 2
 }
 
-/// Returns the bucket of a coordinate.
+/// Returns the index of the bucket, out of [`BUCKETS`], that contains a coordinate.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -467,7 +468,8 @@ fn bucket_of(x: f64, lo: f64, extent: f64) -> usize {
     (((x - lo) / extent * BUCKETS as f64) as usize).min(BUCKETS - 1)
 }
 
-/// Returns the cost of a cut behind each bucket, for cuts with lights on both sides.
+/// Returns, for each bucket after which a split leaves lights on both sides, the bucket and the
+/// cost of the split.
 fn bucket_costs(
     members: &[(usize, LightBounds)],
     axis: usize,
