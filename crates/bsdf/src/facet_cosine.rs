@@ -43,7 +43,7 @@ const ALPHAS: [f64; 2] = [TrowbridgeReitz::MIN_ALPHA, 1.69];
 
 /// The fits to one model: cells by α and then cosine, as single-precision numbers, little-endian.
 pub(crate) struct Fits {
-    /// The numbers p, q and r.
+    /// For each cell, the three numbers p, q and r from which the LTC's map is made.
     maps: &'static [u8; SIZE * SIZE * 12],
     /// The albedo, and the excess of 1 − ⟨(1 − ω_i·h)⁵⟩^⅕ over c, where the mean is over the lobe.
     albedos: &'static [u8; SIZE * SIZE * 8],

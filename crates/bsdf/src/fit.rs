@@ -10,10 +10,10 @@ use linelit_elementary::{exp, ln};
 use linelit_geometry::{DMat3, DVec3, Frame};
 use std::f64::consts::FRAC_1_PI;
 
-/// The number of views that are fitted. Their cosines are the squares of even steps, since lobes
-/// change fastest at grazing angles.
+/// The number of views that are fitted. Their cosines are the squares of equidistant numbers, since
+/// lobes change fastest at grazing angles.
 const VIEWS: u8 = 33;
-/// The square root of the number of directions for each view.
+/// The square root of the number of directions that are drawn for the fit of each view.
 const SIDE: u32 = 32;
 /// The constant that is added to the cosine of the view where a map is divided by it.
 const NEAR: f64 = 0.1;
@@ -75,9 +75,9 @@ struct View {
 
 /// A mixture of the cosine and an LTC, in the frame whose x axis points towards the viewer.
 struct Mixture {
-    /// The fraction of the cosine itself.
+    /// The fraction of the mixture that is the cosine without a map.
     flat: f64,
-    /// The widths along x and y, and the shift of x with z.
+    /// The entries of the LTC's map: the widths along x and y, and the shift of x with z.
     map: [f64; 3],
 }
 

@@ -61,7 +61,8 @@ impl Fresnel {
     }
 }
 
-/// Returns ½ (r∥² + r⊥²) for a cosine c and a relative index η.
+/// Returns the reflectance ½ (r∥² + r⊥²) of a dielectric for unpolarised light, at the cosine of
+/// incidence c, for the relative index of refraction η.
 fn dielectric(c: f64, eta: f64) -> f64 {
     let sine_square = (1.0 - c) * (1.0 + c);
     let inside = (eta * eta - sine_square).max(0.0);
@@ -76,7 +77,8 @@ fn dielectric(c: f64, eta: f64) -> f64 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// Returns ½ (r∥² + r⊥²) for a cosine c, an index η and an absorption k.
+/// Returns the reflectance ½ (r∥² + r⊥²) of a conductor for unpolarised light, at the cosine of
+/// incidence c, for the relative index of refraction η and the absorption coefficient k.
 fn conductor(c: f64, eta: f64, k: f64) -> f64 {
     let (c2, s2) = (c * c, (1.0 - c) * (1.0 + c));
     let difference = eta * eta - k * k - s2;

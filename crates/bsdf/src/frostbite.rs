@@ -14,9 +14,9 @@ use std::f64::consts::FRAC_1_PI;
 ///   + 2 r (ω_i·h)²;
 /// - f_s = D(h) G(ω_i, ω_o) F(ω_i·h)/(4 cos_i cos_o) with α = r² and Schlick's F.
 ///
-/// It is reciprocal. **Energy**: the light that the second term reflects is not subtracted from the
-/// first. For base colours ([`from_base_color`](Self::from_base_color)) the albedo is at most 1.13,
-/// at the horizon; for independent ρ and F0 it is up to 2.
+/// The model is reciprocal. **Energy**: the light that the second term reflects is not subtracted
+/// from the first. For base colours ([`from_base_color`](Self::from_base_color)) the albedo is at
+/// most 1.13, at the horizon; for independent ρ and F0 it is up to 2.
 ///
 /// **Source**: Lagarde & de Rousiers 2014, "Moving Frostbite to PBR", sections 3.1.2–3.1.3, the
 /// material of Peters 2021.
@@ -75,7 +75,7 @@ impl Frostbite {
         nonnegative_vector(self.diffuse * flat + glossy)
     }
 
-    /// Returns F.
+    /// Returns Schlick's F of the specular term.
     pub(crate) const fn fresnel(&self) -> Fresnel {
         Fresnel::Schlick {
             f0: self.f0,
@@ -84,7 +84,7 @@ impl Frostbite {
     }
 }
 
-/// Returns 1 − r + r/1.51.
+/// Returns 1 − r + r/1.51, the factor that renormalises the diffuse term at the linear roughness r.
 fn renormalised(r: f64) -> f64 {
     1.0 - r * (0.51 / 1.51)
 }
@@ -114,7 +114,7 @@ impl Model for Frostbite {
         )
     }
 
-    /// Returns false: it reflects at grazing directions whatever its colours are.
+    /// Returns false: the model reflects light at grazing directions for any colours.
     fn is_black(&self) -> bool {
         false
     }

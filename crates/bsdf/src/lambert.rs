@@ -23,11 +23,12 @@ impl Lambert {
     }
 }
 
-/// The largest σ²; twice this number does not overflow.
+/// The largest σ² of [`OrenNayar`], to which larger values are clamped; twice this number does not
+/// overflow.
 const MOST: f64 = 1e300;
 
 /// A rough diffuse surface: f = k_d/π (A + B max(0, cos Δφ) sin α tan β), where α is the larger and
-/// β the smaller angle of the two directions with the normal. It is reciprocal.
+/// β the smaller angle of the two directions with the normal. The model is reciprocal.
 ///
 /// **Energy**: the albedo is at most A + B/2, at the horizon, and therefore up to 1.0152 k_d (for σ
 /// = 11.4°). Light that is reflected twice is neglected.
@@ -35,7 +36,7 @@ const MOST: f64 = 1e300;
 /// **Source**: Oren & Nayar 1994, the qualitative model (its equation 30).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrenNayar {
-    /// k_d, by channel; the albedo is close to it.
+    /// The factor k_d, by channel; the albedo is close to it.
     pub albedo: DVec3,
     /// The constant A.
     a: f64,

@@ -8,7 +8,7 @@ use linelit_geometry::{DVec3, Frame, Segment};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_1_PI;
 
-/// The fraction of a sample's probability that is distributed evenly over the lobes. It bounds the
+/// The fraction of a sample's probability that is divided equally between the lobes. It bounds the
 /// weight of a sample where the estimated albedos are wrong.
 const EVEN: f64 = 0.1;
 
@@ -63,8 +63,8 @@ impl Layers {
         self.diffuse += albedo;
     }
 
-    /// Adds a lobe with a scale; a black lobe is left out. Returns `false` if there is no room for
-    /// it.
+    /// Adds a lobe with a scale; a black lobe is left out. Returns `false`, without adding the
+    /// lobe, if there are [`Self::MAX`] lobes already.
     #[must_use = "a lobe that does not fit is lost"]
     pub fn add(&mut self, scale: DVec3, lobe: Lobe) -> bool {
         if scale == DVec3::ZERO || lobe.is_black() {
@@ -93,7 +93,7 @@ impl Layers {
         &self.lobes
     }
 
-    /// Whether it reflects no light.
+    /// Whether the sum reflects no light.
     #[must_use]
     pub fn is_black(&self) -> bool {
         self.lobes.is_empty() && self.diffuse == DVec3::ZERO

@@ -69,7 +69,7 @@ pub(crate) trait Model {
     /// one. Lights are sampled by it, so that its accuracy affects only the noise.
     fn cosines(&self, wo: DVec3) -> (DVec3, Option<LtcLobe>);
 
-    /// Whether it reflects no light.
+    /// Whether the model reflects no light.
     fn is_black(&self) -> bool;
 }
 
@@ -135,7 +135,7 @@ mod tests {
     use linelit_testkit::{quadrature::cubature, rng::SplitMix64, ztest::Welford};
     use std::f64::consts::TAU;
 
-    /// f = k cos_i cos_o: the least that a model can say.
+    /// The model f = k cos_i cos_o, which implements only the required methods.
     struct Least(f64);
 
     impl Model for Least {

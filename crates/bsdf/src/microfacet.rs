@@ -30,17 +30,18 @@ pub fn schlick(cosine: f64) -> f64 {
     m2 * m2 * m
 }
 
-/// The root of the mean square of weights, k²/α_y, from which on a lobe counts as bent. Lobes that
-/// do not count as bent have less than 8 (of 20,000 pairs of widths and views), however wide they
-/// are.
+/// The root of the mean square of sample weights, k²/α_y (see [`TrowbridgeReitz::bends`]), from
+/// which on a lobe counts as bent. Lobes that do not count as bent have less than 8 (of 20,000
+/// pairs of widths and views), however wide they are.
 const BENT: f64 = 0.25;
 
 impl TrowbridgeReitz {
-    /// The narrowest α. A narrower reflector looks like a mirror for all light sources, and
-    /// directions of unit length would not resolve its lobe to many digits.
+    /// The smallest α; smaller values are clamped to it. A narrower reflector looks like a mirror
+    /// for all light sources, and directions of unit length would not resolve its lobe to many
+    /// digits.
     pub const MIN_ALPHA: f64 = 1e-4;
 
-    /// The widest α.
+    /// The largest α; larger values are clamped to it.
     pub const MAX_ALPHA: f64 = 1e4;
 
     /// Makes the distribution with α along x and y, clamped to the range from
