@@ -34,7 +34,8 @@ pub struct Block {
     of: u32,
 }
 
-/// The golden ratio minus one. Its multiples modulo one, in any run, are spread most evenly.
+/// The golden ratio minus one. Any run of consecutive multiples of this number, modulo one, is
+/// spread over [0, 1) as uniformly as possible.
 const GOLDEN_TURN: f64 = 0.618_033_988_749_894_9;
 
 /// The lanes of a key for the parts of strata and for blocks; lanes below 2³³ belong to patterns.
@@ -54,7 +55,7 @@ impl Block {
         Self { index, of }
     }
 
-    /// Returns the number of this block.
+    /// Returns the index of this block, below [`of`](Self::of).
     #[must_use]
     pub const fn index(&self) -> u32 {
         self.index
@@ -67,7 +68,7 @@ impl Block {
     }
 
     /// Returns u + index/of, modulo one: a number by which this block can make a choice for all of
-    /// its samples. Over all blocks these numbers are spread evenly; `u` in [0, 1) is the same for
+    /// its samples. Over all blocks these numbers are equally spaced; `u` in [0, 1) is the same for
     /// all of them.
     ///
     /// ```

@@ -8,11 +8,11 @@ use crate::block::Block;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SobolBurley {
     seed: u32,
-    /// The number of the block's first point in the sequence.
+    /// The index in the sequence of the block's first point.
     first: u32,
 }
 
-/// The base-2 logarithm of the length of a sequence.
+/// The base-2 logarithm of the number of points after which another sequence begins.
 const LENGTH: u32 = 16;
 
 impl SobolBurley {
