@@ -8,16 +8,17 @@ use linelit_geometry::finite::nonnegative;
 use linelit_geometry::{DVec3, EllipticCone};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// If turns differ by less than this, or by a whole turn up to this, their values do not decide
-/// between an empty arc and the whole rim: the geometry does. It is larger than rounding errors and
-/// smaller than any arc that matters.
+/// If the turns (angles about the cone's axis, in radians) of an arc's ends differ by less than
+/// this, or by a whole turn up to this, their values do not decide between an empty arc and the
+/// whole rim; `is_long` does. It is larger than rounding errors and smaller than any arc that
+/// matters.
 const CLOSE: f64 = 1e-6;
 
 /// Computes `∫ max(0, n·ω) dω` over a part of an elliptic cone, as a sum over the part's boundary.
 ///
 /// The boundary runs counter-clockwise about the cone's axis. It consists of straight pieces
 /// ([`Self::add_segment`]) and arcs of the rim ([`Self::add_arc`]), which together are closed
-/// curves, with holes clockwise. Where pieces join, their ends must be equal to the bit, since for
+/// curves, with holes clockwise. Where pieces join, their ends must be equal bit for bit, since for
 /// each of them it is decided on its own which side of the horizon it is on.
 ///
 /// **Formula**: half the sum of Lambert's `n·∫ w × dw/|w|²` over the boundary of the part above the
@@ -213,9 +214,10 @@ impl<'a> PartOfCone<'a> {
         self.meet_horizon(self.at(set), -1.0);
     }
 
-    /// Notes that the boundary comes up (sign 1) or goes below the horizon (−1) here. The horizon
-    /// leads from each point of the second kind to one of the first kind, so that a signed sum of
-    /// angles from one fixed point is the sum over the pieces of the horizon.
+    /// Adds the contribution of a point `p` at which the boundary comes above the horizon (sign 1)
+    /// or goes below it (sign −1). The horizon leads from each point of the second kind to one of
+    /// the first kind, so that a signed sum of angles from one fixed point is the sum over the
+    /// pieces of the horizon.
     fn meet_horizon(&mut self, p: DVec3, sign: f64) {
         let first = *self.first.get_or_insert(p);
         let angle = atan2(self.n.dot(first.cross(p)), first.dot(p));

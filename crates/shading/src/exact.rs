@@ -4,8 +4,8 @@
 use linelit_geometry::double::{self, vector};
 use linelit_geometry::{DVec3, finite::nonnegative, predicates};
 
-/// Returns a·b, accurate relative to itself (8 ε): by the plain formula where the terms do not
-/// cancel, and in twice the working precision where they do.
+/// Returns a·b with a relative error of 8 ε: by the plain formula where the terms do not cancel,
+/// and in twice the working precision where they do.
 #[inline(always)]
 pub(crate) fn dot(a: DVec3, b: DVec3) -> f64 {
     let p = a * b;
@@ -26,7 +26,8 @@ fn accurate_dot(ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64) -> f64 {
     predicates::dot(DVec3::new(ax, ay, az), DVec3::new(bx, by, bz))
 }
 
-/// Returns a × b for the ends of a segment, accurate relative to its length (30 ε).
+/// Returns a × b for the ends of a segment, with an error of 30 ε relative to the length of the
+/// product.
 ///
 /// The formula is plain, from the nearer end, where the sine of the angle between this end and the
 /// segment is above 1/8; otherwise the products are exact.
@@ -71,8 +72,8 @@ pub(crate) fn direction(v: DVec3) -> DVec3 {
 /// Returns k·q at the point q of the line through a and b where m·q = 0, for m·a and m·b of
 /// different signs: (k·a m·b − k·b m·a)/(m·b − m·a), in twice the working precision.
 ///
-/// Where k·a and k·b also differ in sign, this is a difference of numbers that may agree in all
-/// their digits. The error is 3 ε of the result, plus 50 ε² of |k||a||b|/(|a| + |b|).
+/// Where k·a and k·b also differ in sign, this is a difference of numbers that may be almost equal.
+/// The error is 3 ε of the result, plus 50 ε² of |k||a||b|/(|a| + |b|).
 #[cold]
 #[inline(never)]
 pub(crate) fn value_at_crossing(k: DVec3, m: DVec3, a: DVec3, b: DVec3) -> f64 {

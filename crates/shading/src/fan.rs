@@ -14,13 +14,14 @@ pub(crate) struct Fan<const N: usize> {
     pub(crate) ends: [DVec3; 2],
     /// The distances of the ends from the shading point.
     pub(crate) radii: [f64; 2],
-    /// `k·p` for each vector at both ends, not negative, accurate relative to itself.
+    /// For each of the N vectors, `k·p` at both ends: not negative, and with a small relative
+    /// error.
     pub(crate) values: [[f64; 2]; N],
     /// The length after clipping.
     pub(crate) length: f64,
     /// The unit normal of the fan; zero where its plane is not defined.
     pub(crate) normal: DVec3,
-    /// sin δ, accurate relative to itself, where δ is the angle between the ends.
+    /// sin δ with a small relative error, where δ is the angle between the ends.
     pub(crate) sine: f64,
     /// The angle δ in radians.
     pub(crate) angle: f64,
@@ -102,7 +103,8 @@ impl<const N: usize> Fan<N> {
         }
     }
 
-    /// Does what [`Self::measure`] does where squares of distances may have lost digits.
+    /// Makes the fan of clipped ends, as [`Self::measure`] does, where squares of distances may
+    /// underflow or overflow.
     #[cold]
     #[inline(never)]
     fn near_or_far(
@@ -119,7 +121,7 @@ impl<const N: usize> Fan<N> {
         Self::of(ends, radii, whole, values, fraction, unit * scale)
     }
 
-    /// Makes the fan of clipped ends whose distances have all digits.
+    /// Makes the fan of clipped ends for which squares of distances neither underflow nor overflow.
     #[inline(always)]
     fn of(
         ends: [DVec3; 2],
@@ -167,7 +169,7 @@ impl<const N: usize> Fan<N> {
     }
 
     /// Returns the weights of the values at the ends for the cosine at the arc angle `v` from the
-    /// first end. Both are positive. They are computed from the middle of the arc and the nearer
+    /// first end. Both are positive. They are computed from the midpoint of the arc and the nearer
     /// end, so that no angle near π occurs.
     pub(crate) fn weights(&self, v: f64) -> [f64; 2] {
         if v <= 0.0 || self.sine <= 0.0 {

@@ -18,15 +18,15 @@ pub(crate) type Point = [f64; 3];
 /// The smallest squared cosine of the angle with the normal, (1/8)², at which a plain dot product
 /// loses 3 of 53 bits.
 pub(crate) const CLEAR: f64 = 1.0 / 64.0;
-/// The smallest cosine of the angle that the segment subtends.
+/// The smallest cosine of the angle that the segment subtends for which the fast path is used.
 pub(crate) const LEAST_COSINE: f64 = -0.25;
-/// The largest |n|²/64.
+/// The largest |n|²/64 of the normal for which the fast path is used.
 pub(crate) const LONG_NORMAL: f64 = 1e9;
-/// The smallest square of n·p.
+/// The smallest square of n·p at an end of the segment for which the fast path is used.
 pub(crate) const NEAR: f64 = 1e-70;
-/// The largest |p|².
+/// The largest squared distance |p|² of an end of the segment for which the fast path is used.
 pub(crate) const FAR: f64 = 1e80;
-/// The smallest l².
+/// The smallest squared length l² of a segment for which the fast path is used.
 pub(crate) const SHORT: f64 = 1e-250;
 
 /// The numerator and the denominator of G(c) = (δ − sin δ cos δ)/sin³ δ as polynomials of s = 1 +
@@ -62,19 +62,19 @@ const ARC: [[f64; 2]; 8] = [
     [0.012281830389148662, 1.0],
 ];
 
-/// The largest value of [`ARC`].
+/// The largest value of the function δ/sin δ that [`ARC`] approximates, at s = 3/4.
 pub(crate) const LONGEST_ARC: f64 = 1.89;
 
 /// The products of a segment that both models use.
 struct Products<L: Lanes> {
-    /// |p0|², |p1|², p0·p1.
+    /// The squared distance |p0|² of the first end; the next fields are |p1|² and p0·p1.
     a: L::D,
     b: L::D,
     dot: L::D,
     /// The segment as a vector, and its squared length.
     edge: [L::D; 3],
     square: L::D,
-    /// n·p at the ends.
+    /// The product n·p at the first end; the next field is the product at the second end.
     c0: L::D,
     c1: L::D,
     /// Whether both ends are clearly above the horizon, at moderate distances.

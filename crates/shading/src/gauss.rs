@@ -122,11 +122,12 @@ const INVERSE_FACTORIALS: [f64; 12] = [
     1.6059043836821613e-10,
 ];
 
-/// Adding and subtracting this number rounds to an integer.
+/// The number 3·2⁵¹: adding it to a double and subtracting it again rounds the double to an
+/// integer.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
-/// The first 32 bits of ln 2 …
+/// The first 32 bits of ln 2.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-/// … and the rest of ln 2.
+/// The rest of ln 2 after [`LN2_HIGH`].
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// Returns exp(x) for x ≤ 700; 0 below −700, and for NaN. It takes a few operations without a

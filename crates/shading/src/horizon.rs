@@ -16,7 +16,7 @@ pub struct ClippedSegment {
     /// `k·p0` and `k·p1`: not negative, and exactly zero at an end that was clipped.
     pub cosines: [f64; 2],
     /// The fraction of the segment's length above the horizon. It is a quotient of sums of terms
-    /// with one sign, so that it is accurate relative to itself even for a sliver.
+    /// with one sign, so that its relative error is small even for a sliver.
     pub fraction: f64,
 }
 
@@ -27,8 +27,8 @@ pub struct ClippedSegment {
 /// the line passes so near the shading point that this cancels, it is
 /// `Q = (k × (p0 × p1))/(k·(p1 − p0))` in twice the working precision.
 ///
-/// **Error**: the cosines 2 ε relative to themselves, also at grazing incidence; |Q| 50 ε relative
-/// to itself, however near to the shading point.
+/// **Error**: relative, 2 ε for the cosines, also at grazing incidence, and 50 ε for |Q|, however
+/// near to the shading point.
 ///
 /// **Domain**: finite ends; coordinates between 1e-140 and 1e140 in magnitude, or zero.
 ///
@@ -55,7 +55,7 @@ pub fn clip_segment(p0: DVec3, p1: DVec3, k: DVec3) -> Option<ClippedSegment> {
     cut(p0, p1, k, c0, c1)
 }
 
-/// Does what [`clip_segment`] does when an end is below the horizon.
+/// Clips a segment of which an end is below the horizon, for [`clip_segment`].
 #[inline(never)]
 fn cut(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> Option<ClippedSegment> {
     if !(c0 > 0.0 || c1 > 0.0) || c0.is_nan() || c1.is_nan() {
@@ -102,7 +102,7 @@ pub(crate) fn crossing(p0: DVec3, p1: DVec3, k: DVec3, c0: f64, c1: f64) -> DVec
     }
 }
 
-/// Does what [`crossing`] does where products of coordinates may overflow or underflow.
+/// Computes [`crossing`] where products of coordinates may overflow or underflow.
 #[cold]
 #[inline(never)]
 fn extreme_crossing(p0: DVec3, p1: DVec3, k: DVec3, span: f64) -> DVec3 {

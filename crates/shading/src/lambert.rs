@@ -8,8 +8,8 @@ use linelit_simd::{Isa, Simd, dispatch};
 /// The number of edges that a kernel takes at once.
 const LANES: usize = 8;
 
-/// A sum that is smaller than this fraction of the lengths of its terms has lost too many digits: 8
-/// ε over it is 5e-13.
+/// A sum that is smaller than this fraction of the sum of its terms' magnitudes is not used, since
+/// too much has cancelled: 8 ε divided by this number is 5e-13.
 const CANCELLED: f64 = 4e-3;
 
 /// The range of |n|² within which no product overflows or underflows.
@@ -21,7 +21,7 @@ struct Round {
     sum: f64,
     /// Σ (|b − a|/|b|)² over these edges.
     squares: f64,
-    /// A bit for each of these edges.
+    /// A mask with one bit for each edge for which the fast path holds.
     held: u8,
 }
 
@@ -114,10 +114,11 @@ pub(crate) fn sum(vertices: &[DVec3], n: DVec3) -> Option<[f64; 2]> {
     (round.held == u8::MAX).then_some([round.sum, round.squares])
 }
 
-/// If the square of a side is smaller than this times the square of the distance, too much cancels.
+/// The smallest ratio of the squared edge length to the squared distance for which the fast sum is
+/// used; below it too much cancels.
 const SMALL: f64 = 1e-4;
 
-/// Returns half of the [`sum`], if it is accurate to 5e-13 relative to itself.
+/// Returns half of the [`sum`]; `None` if its relative error may be above 5e-13.
 pub(crate) fn polygon(vertices: &[DVec3], n: DVec3) -> Option<f64> {
     let [first, second, ..] = vertices else {
         return None;
@@ -194,7 +195,7 @@ pub fn boundary_irradiance(
     }
 }
 
-/// Returns the sum of the terms of some edges by their robust form.
+/// Returns the sum of the terms of the edges whose bits are set in `which`, by the robust formula.
 #[cold]
 #[inline(never)]
 fn one_by_one(ends: &[[f64; LANES]; 4], which: u8, [o, u, v]: &[DVec3; 3], n: DVec3) -> f64 {

@@ -24,7 +24,8 @@ use linelit_simd::{Isa, Lanes, One, Simd, dispatch};
 /// The depth at which a panel ends: the integrand there is below e⁻⁴⁰ of its peak.
 const DEPTH: f64 = 40.0;
 
-/// The smallest exponent at which the lobe is smooth enough for the rule even at its horizon.
+/// The smallest exponent for which a lobe is smooth enough for the quadrature rule even at its
+/// horizon.
 pub(crate) const SMOOTH: f64 = 6.0;
 
 /// If the cosines with the axis are below this number, only powers of less than 140 do not
@@ -32,8 +33,8 @@ pub(crate) const SMOOTH: f64 = 6.0;
 /// of directions, divided by the cosine, could be of any size.
 const LOW: f64 = 1e-2;
 
-/// An arc whose sine is at most this is treated as a point: slopes over it, squared, would
-/// overflow.
+/// An arc whose sine is at most this is treated as a point, since the squares of slopes divided by
+/// its sine would overflow.
 const POINT: f64 = 1e-100;
 
 /// A piece of the arc that starts at the lobe's highest point on it.

@@ -38,8 +38,8 @@ use linelit_geometry::DVec3;
 use linelit_geometry::finite::nonnegative;
 use std::f64::consts::PI;
 
-/// The length from which on the length of a line is known to 1e-12 from rounded ends of about unit
-/// distance.
+/// The smallest length of a line whose length follows from its rounded ends, at about unit
+/// distance, with a relative error of 1e-12.
 const LONG: f64 = 1e-3;
 
 /// Returns (k + 2)/(2π), the factor of the modified Phong BRDF.

@@ -36,9 +36,9 @@ const DEPTH: f64 = 46.0;
 /// at most.
 const LEFT_OUT: f64 = 1.4e-19;
 
-/// If k g² is above this number, for an edge whose plane passes the axis at g, the term 1 − zᵏ is
-/// integrated without its one. No digits are lost: zᵏ is below e⁻⁶ there, and the quotient by 1 −
-/// z² is smooth.
+/// If k g² is above this number, where g is the sine of the angle between the lobe's axis and the
+/// edge's plane, the term zᵏ is integrated in place of 1 − zᵏ. The result does not cancel: zᵏ is
+/// below e⁻⁶ there, and the quotient by 1 − z² is smooth.
 const FAR: f64 = 12.0;
 
 /// An angle close to π, whose sine is a hundredth: beyond it rounded ends do not determine the
@@ -467,19 +467,19 @@ dispatch! {
     fn rule = kernel(panel: &Panel) -> [f64; 2]
 }
 
-/// A triangle of a smaller extent, in widths of the lobe, is smooth enough for four nodes in each
-/// direction.
+/// The size of a triangle, in widths of the lobe, below which the integrand is smooth enough for
+/// four nodes in each direction.
 const TINY: f64 = 1e-2;
-/// A triangle of a smaller extent, in widths of the lobe and in distances, needs no search for
-/// peaks.
+/// The size of a triangle, in widths of the lobe and in distances from the shading point, below
+/// which no search for peaks is needed.
 const MILD: f64 = 0.5;
-/// The largest change of a power's base, relative to itself and times the exponent, for which four
-/// nodes are used; their error is then 1e-14.
+/// The largest relative change of a power's base, times the exponent, for which four nodes are
+/// used; their error is then 1e-14.
 const EVEN: f64 = 0.1;
-/// The fourth power of a smaller distance underflows.
+/// The smallest distance whose fourth power does not underflow.
 const NEXT: f64 = 1e-70;
-/// Heights above this number, relative to the distance of their corner, are rounded by at most
-/// 1e-12 of themselves.
+/// The ratio of a corner's height to its distance above which the height's relative rounding error
+/// is at most 1e-12.
 const STEEP: f64 = 1e-4;
 /// The factor by which the parts of a range of lines shrink towards a peak, and how often they do.
 const GRADE: f64 = 1.0 / 32.0;
@@ -500,7 +500,7 @@ const FOUR: [(f64, f64); 4] = [
 struct Corner {
     at: DVec3,
     /// The heights n·p and axis·p of the corner p above the horizons of the surface and of the
-    /// lobe, each with few roundings relative to itself.
+    /// lobe, each with a relative error of a few ε.
     heights: [f64; 2],
 }
 
@@ -635,7 +635,8 @@ impl Lobe {
     }
 
     /// Returns the fractions at which lines may receive much more light than others: through the
-    /// axis and the foot of the shading point, and where ends of lines are nearest to these.
+    /// lobe's axis and the foot of the perpendicular from the shading point, and where ends of
+    /// lines are nearest to these.
     fn peaks(&self, [a, b, c]: [DVec3; 3]) -> [f64; 6] {
         let normal = (b - a).cross(c - a);
         let through = |d: DVec3| {

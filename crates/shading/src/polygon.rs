@@ -44,8 +44,8 @@ const ANY: f64 = -2.0;
 ///
 /// with Θ/sin Θ as an analytic function of cos Θ, eight edges at a time where no edge is clipped
 /// and little cancels. Otherwise a polygon smaller than half its distance takes the centred form,
-/// from which the cancelling terms have been removed by hand: with eᵢ = vᵢ − v, R = |v|, dᵢ = rᵢ −
-/// R and p = Θ/sin Θ − 1 (by its own function of cos Θ),
+/// from which the cancelling terms have been removed algebraically: with eᵢ = vᵢ − v, R = |v|, dᵢ =
+/// rᵢ − R and p = Θ/sin Θ − 1 (by its own function of cos Θ),
 ///
 /// ```text
 /// E = ½ [ Σ wᵢ (eᵢ × eᵢ₊₁)·n + n·(v × Σ ωᵢ (eᵢ₊₁ − eᵢ)) ],   wᵢ = (1 + p)/(rᵢ rᵢ₊₁),
