@@ -285,8 +285,8 @@ fn errors_say_what_was_expected() {
             "between 1 and 8",
         ),
         ("line-area[mis=smooth]3", ":SHARE"),
-        ("line-area:3[mis=smooth]x", "stands before"),
-        ("line-area:3[mis=smooth]:4", "stands before"),
+        ("line-area:3[mis=smooth]x", "must come before"),
+        ("line-area:3[mis=smooth]:4", "must come before"),
         (
             "line-area[mis=power]+point-area[mis=smooth]",
             "`smooth` after `power`",
