@@ -27,8 +27,9 @@ pub enum SamplerKind {
     MultiJitter,
     /// `sobol`: Owen-scrambled Sobol' (0,2)-nets. 1-D N⁻³ / N⁻², 2-D N⁻³ log N / N^−1.5.
     Sobol,
-    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. 1-D as for Sobol', 2-D N⁻² /
-    /// N^−1.5, equally good for any N.
+    /// `halton`: Owen-scrambled Halton points in bases 2 and 3. The variance of a mean over N
+    /// points in 2-D falls as N⁻² for smooth integrands and as N^−1.5 where an edge crosses them,
+    /// equally well for any N; in 1-D it falls as for [`Self::Sobol`].
     Halton,
     /// `uniform-jitter`: (ξ + k)/N with one ξ for all k; in 2-D a randomly shifted lattice. 1-D N⁻²
     /// / N⁻², 2-D N⁻² / N^−1.5.

@@ -118,6 +118,8 @@ fn reflected_of_region<R: Reflection, T>(
     let (form, shaft) = (form()?, visible.shaft()?);
     let diffuse = form.diffuse.value();
     let irradiance = match view.shape {
+        // A cylinder gets here only where all of it is visible and above the horizons, and round
+        // lights only on a diffuse surface.
         Shape::Cylinder(cylinder) => segment::whole_cylinder(view, cylinder),
         Shape::Sphere(_) | Shape::Disk(_) => disk::irradiance(view, query.skip, shaft, region)?,
         _ if shaft.class() == ShaftClass::Empty => {

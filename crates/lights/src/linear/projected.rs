@@ -257,8 +257,9 @@ impl ProjectedLine {
         self.view.arc_point(second, at.s, at.c)
     }
 
-    /// Returns the angle v in radians from the first end after a number of the paper's steps from
-    /// the solid-angle sample; the paper takes 2.
+    /// Returns the angle v in radians from the first end of the line for the random number `xi`,
+    /// found by `steps` iterations of the root finding of Peters 2021, which begin at the sample
+    /// uniform in the solid angle. The paper takes 2 of them.
     #[must_use]
     pub fn angle_steps(&self, xi: f64, steps: u32) -> f64 {
         let xi = fraction(xi);

@@ -73,7 +73,8 @@ impl TransformedCone {
         let columns = DMat3::from_cols(first * wider, second * narrower, axis);
         let rows = DMat3::from_cols(first / wider, second / narrower, axis).transpose();
         let square = a * b / (1.0 + a * b);
-        // The determinant of N is the determinant of M.
+        // The product `map * columns` has the determinant of `map`, and `square` is sin² of the
+        // half angle of the circular cone; the density there is the cosine over π sin².
         let scale = 1.0 / (determinant * PI * square);
         let inverse = rows * to_cosine;
         let usable = scale > 0.0 && scale.is_finite() && inverse.is_finite();

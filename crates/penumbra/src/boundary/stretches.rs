@@ -85,8 +85,8 @@ pub(super) struct Stretches {
     visible: Vec<Option<i32>>,
 }
 
-/// The length, in units of the light, up to which stretches do not represent their group, since
-/// rounding may have made them.
+/// The length, in units of the light, up to which a stretch (the part of an edge between two
+/// crossings) is not tested on behalf of its group of stretches, since rounding may have made it.
 const SHORT: f64 = 1e-12;
 
 impl Stretch {
