@@ -142,7 +142,7 @@ impl Directions {
 
 /// A box of directions, ready for tests.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct DeltaSample {
+pub(crate) struct Beam {
     /// The middle of the box, and half its size, rounded up.
     middle: [f64; 3],
     half: [f64; 3],
@@ -159,7 +159,7 @@ pub(crate) struct DeltaSample {
     clippy::cast_possible_truncation,
     reason = "the bounds allow for the rounding"
 )]
-impl DeltaSample {
+impl Beam {
     /// Creates the beam of a box of directions; `origin` and all vertices are at most `size` from
     /// the hierarchy's origin on each axis.
     #[inline(always)]
@@ -291,8 +291,8 @@ impl Tests {
 
     /// Creates the beam of a box of directions.
     #[inline(always)]
-    pub(crate) fn beam(&self, bounds: [[f64; 3]; 2]) -> DeltaSample {
-        DeltaSample::new(bounds, self.t_max, self.origin, self.size)
+    pub(crate) fn beam(&self, bounds: [[f64; 3]; 2]) -> Beam {
+        Beam::new(bounds, self.t_max, self.origin, self.size)
     }
 
     /// A vertex of eight triangles.
@@ -309,13 +309,7 @@ impl Tests {
     /// Prepares the triangles of a leaf, and tests them against the whole beam: returns those that
     /// may hide some ray, and those that hide all.
     #[inline(always)]
-    fn prepare<S: Simd>(
-        &self,
-        s: S,
-        beam: &DeltaSample,
-        leaf: &Leaf,
-        out: &mut Prepared,
-    ) -> (u8, u8) {
+    fn prepare<S: Simd>(&self, s: S, beam: &Beam, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
         let zero = s.dsplat(0.0);
         let [a, b, c] = [
             self.vertex(s, leaf, 0),
@@ -424,7 +418,7 @@ impl Tests {
     pub(crate) fn meets<S: Simd>(
         &self,
         s: S,
-        beam: &DeltaSample,
+        beam: &Beam,
         leaf: &Leaf,
         child: Child,
         rays: &[Rays],
@@ -458,8 +452,8 @@ impl Tests {
 /// The least and the largest value of n·d over the box of directions, each with an error below that
 /// of n·d itself.
 #[inline(always)]
-fn range<S: Simd>(s: S, beam: &DeltaSample, n: &[S::D; 3]) -> (S::D, S::D) {
-    let DeltaSample {
+fn range<S: Simd>(s: S, beam: &Beam, n: &[S::D; 3]) -> (S::D, S::D) {
+    let Beam {
         middle: m, half: h, ..
     } = beam;
     let middle = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];

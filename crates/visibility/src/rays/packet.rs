@@ -19,7 +19,7 @@ use crate::{
     lanes::dabs,
     node::Node,
     rays::{
-        fan::{DeltaSample, Directions, FAN, Fan, LARGEST, Rays, Tests},
+        fan::{Beam, Directions, FAN, Fan, LARGEST, Rays, Tests},
         ray::ROOM,
     },
 };
@@ -28,7 +28,7 @@ use linelit_simd::Simd;
 /// Eight rays that walk together.
 pub(crate) struct Packet {
     /// The box of their directions.
-    pub(crate) beam: DeltaSample,
+    pub(crate) beam: Beam,
     slabs: Slabs,
     /// The rays for which the open node was opened.
     pub(crate) active: u8,

@@ -31,7 +31,7 @@ use crate::{
     counters::Counters,
     node::{Child, Leaf, Node},
     rays::{
-        fan::{DeltaSample, Directions, Fan, LARGEST, Rays, Tests, one_by_one},
+        fan::{Beam, Directions, Fan, LARGEST, Rays, Tests, one_by_one},
         packet::{self, Packet, in_z_order},
         ray::{RayScratch, wait_for_root},
     },
@@ -184,14 +184,14 @@ struct AnyOfPacket<'a> {
     unhidden: u8,
     /// For each ray its own beam, once a node is opened for this ray alone; it is narrower than the
     /// packet's.
-    single: [Option<DeltaSample>; 8],
+    single: [Option<Beam>; 8],
 }
 
 impl AnyOfPacket<'_> {
     /// The beam for a set of rays that is not empty ([`NearestFirst::wants`] has ensured it): the
     /// ray's own if it is one ray that has a beam, or the packet's.
     #[inline(always)]
-    fn beam(&self, rays: u8) -> &DeltaSample {
+    fn beam(&self, rays: u8) -> &Beam {
         let single = &self.single[rays.trailing_zeros() as usize];
         match single {
             Some(beam) if rays.is_power_of_two() => beam,
