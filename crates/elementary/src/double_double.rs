@@ -21,7 +21,7 @@ impl Wide {
         Self { high, low: 0.0 }
     }
 
-    /// The sum a + b, exactly.
+    /// Returns the sum a + b, exactly.
     const fn sum(a: f64, b: f64) -> Self {
         let high = a + b;
         let shadow = high - a;
@@ -29,7 +29,7 @@ impl Wide {
         Self { high, low }
     }
 
-    /// The product a · b, exactly, by splitting both into halves of 26 bits.
+    /// Returns the product a · b, exactly, by splitting both factors into halves of 26 bits.
     const fn product(a: f64, b: f64) -> Self {
         const fn halves(a: f64) -> [f64; 2] {
             let scaled = 134_217_729.0 * a;
@@ -53,19 +53,19 @@ impl Wide {
         Self::sum(product.high, product.low + low)
     }
 
-    /// The number times a factor of a few digits.
+    /// Returns the number times a factor that has few digits.
     pub(crate) const fn times(self, factor: f64) -> Self {
         self.mul(Self::from(factor))
     }
 
-    /// The number divided by a divisor.
+    /// Returns the number divided by a divisor.
     const fn over(self, divisor: f64) -> Self {
         let first = self.high / divisor;
         let rest = self.add(Self::product(-first, divisor));
         Self::sum(first, rest.high / divisor)
     }
 
-    /// The exponential for numbers in [0, 1), by its Taylor series.
+    /// Returns the exponential of a number in [0, 1), by its Taylor series.
     pub(crate) const fn exp(self) -> Self {
         let (mut sum, mut k) = (Self::ONE, 30.0);
         while k >= 1.0 {
@@ -76,8 +76,8 @@ impl Wide {
         sum
     }
 
-    /// The logarithm of v in [0.7, 1.5], as 2 atanh((v − 1)/(v + 1)), where v − 1 and v + 1 are
-    /// exact.
+    /// Returns the natural logarithm of v in [0.7, 1.5], as 2 atanh((v − 1)/(v + 1)), where v − 1
+    /// and v + 1 are exact.
     pub(crate) const fn ln(v: f64) -> Self {
         let q = Self::from(v - 1.0).over(v + 1.0);
         let square = q.mul(q);
@@ -89,15 +89,15 @@ impl Wide {
         q.mul(sum).times(2.0)
     }
 
-    /// The nearest multiple of 2⁻⁴² to a number below 2⁹. Such numbers can be added, and multiplied
-    /// by integers, without rounding.
+    /// Returns the multiple of 2⁻⁴² that is nearest to a number below 2⁹. Such multiples can be
+    /// added, and multiplied by integers, without rounding.
     pub(crate) const fn in_few_digits(self) -> f64 {
         // The last digit of 1.5·2¹⁰ is 2⁻⁴², so adding and subtracting it rounds to that.
         const SHIFT: f64 = 1536.0;
         (self.high + SHIFT) - SHIFT
     }
 
-    /// Returns the number minus these digits.
+    /// Returns the number minus `digits`, its first digits as [`Self::in_few_digits`] returns them.
     pub(crate) const fn without(self, digits: f64) -> f64 {
         let rest = Self::sum(self.high, -digits);
         rest.high + (rest.low + self.low)

@@ -31,8 +31,8 @@ pub fn cos(x: f64) -> f64 {
     libm::cos(x)
 }
 
-/// The sine and the cosine of an angle in radians, with the bits of [`sin`] and [`cos`]; NaN for
-/// ±∞.
+/// Returns the sine and the cosine of an angle in radians, bit-identical to [`sin`] and [`cos`];
+/// NaN for ±∞.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -77,8 +77,8 @@ pub fn atan(x: f64) -> f64 {
     libm::atan(x)
 }
 
-/// The polar angle in radians, in [−π, π], of the point (x, y), measured from the x axis. Its sign
-/// is the sign of y, also for zeros.
+/// Returns the polar angle in radians, in [−π, π], of the point (x, y), measured from the x axis.
+/// The sign of the angle is the sign of y, also for zeros.
 ///
 /// **Error**: 1.5 ulp. **Source**: libm.
 #[must_use]
@@ -87,7 +87,7 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
-/// e^x − 1, accurate relative to the result even for small x.
+/// Returns e^x − 1, with a small relative error even where x is small and the result close to zero.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]
@@ -105,7 +105,8 @@ pub fn exp2(x: f64) -> f64 {
     libm::exp2(x)
 }
 
-/// ln(1 + x), accurate relative to the result even for small x; NaN below −1.
+/// Returns ln(1 + x), with a small relative error even where x is small and the result close to
+/// zero; NaN below −1.
 ///
 /// **Error**: 1 ulp. **Source**: libm.
 #[must_use]

@@ -15,16 +15,17 @@ const BITS: u32 = 7;
 /// The number of bits of a mantissa.
 const MANTISSA: u32 = 52;
 
-/// Adding and subtracting this number rounds to an integer.
+/// A number that, added to and then subtracted from another number, rounds it to an integer.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// The first digits of ln 2, whose products with exponents are exact, and the rest.
+/// The natural logarithm of 2 in two parts: its first digits, whose products with exponents are
+/// exact, and the rest.
 const LN2: [f64; 2] = in_two(Wide::LN_2);
 
 /// The step ln 2/128, in two parts as [`LN2`].
 const STEP: [f64; 2] = in_two(Wide::LN_2.times(1.0 / SIZE as f64));
 
-/// The index of a table's entry, in the last bits of a number.
+/// Returns the index of a table's entry, which is in the last bits of a number.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "seven bits are left")]
 const fn index(bits: u64) -> usize {
@@ -99,7 +100,8 @@ fn is_ordinary(x: f64) -> bool {
     (f64::MIN_POSITIVE..=f64::MAX).contains(&x)
 }
 
-/// The number without its last 27 bits; products of two such numbers are exact.
+/// Returns the number without the last 27 bits of its mantissa; products of two such numbers are
+/// exact.
 #[inline(always)]
 fn top(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & !((1 << 27) - 1))
@@ -117,7 +119,7 @@ fn raise([a, b]: [f64; 2], y: f64) -> f64 {
     exp_far(high, low)
 }
 
-/// The powers 2^(j/128), rounded, each with the relative remainder.
+/// For each index j, the power 2^(j/128), rounded, and its remainder relative to the power.
 static ROOTS: [[f64; 2]; SIZE] = {
     let mut out = [[0.0; 2]; SIZE];
     let mut j = 0;
@@ -210,11 +212,12 @@ const ONE: u64 = 1023 << MANTISSA;
 const ONE_SLICE: u64 = 75;
 const SLICE_BITS: u32 = MANTISSA - BITS;
 
-/// Adding and subtracting this number rounds to a multiple of 2⁻¹².
+/// A number that, added to and then subtracted from another number, rounds it to a multiple of
+/// 2⁻¹².
 const TO_13_BITS: f64 = 1.5 * (1_u64 << 40) as f64;
 
-/// The table of slices. The slice of 1 has the reciprocal 1, so that logarithms near 1 keep their
-/// digits.
+/// The table of slices. The slice of 1 has the reciprocal 1, so that logarithms of numbers near 1
+/// keep a small relative error.
 static SLICES: [Slice; SIZE] = {
     let nothing = Slice {
         reciprocal: 1.0,
@@ -239,7 +242,7 @@ static SLICES: [Slice; SIZE] = {
     out
 };
 
-/// The logarithm of 2^`more` times the number with these bits, as a rounded value and its
+/// Returns the logarithm of 2^`more` times the number with these `bits`, as a rounded value and its
 /// remainder.
 #[inline(always)]
 fn logarithm(bits: u64, more: f64) -> [f64; 2] {
@@ -272,7 +275,7 @@ fn logarithm(bits: u64, more: f64) -> [f64; 2] {
     [value, (high - value) + low]
 }
 
-/// (ln(1 + r) − r + r²/2)/r³ for |r| < 0.0042, with an error of 4e-23/r³.
+/// Returns (ln(1 + r) − r + r²/2)/r³ for |r| < 0.0042, with an error of 4e-23/r³.
 #[inline(always)]
 fn series(r: f64, r2: f64) -> f64 {
     let first = 1.0 / 3.0 - r * (1.0 / 4.0);
@@ -298,7 +301,7 @@ fn ln_of_odd(x: f64) -> f64 {
     x
 }
 
-/// The logarithm of a subnormal number, in two parts.
+/// Returns the logarithm of a subnormal number, in two parts.
 fn small_logarithm(x: f64) -> [f64; 2] {
     const UP: f64 = (1_u64 << 60) as f64;
     logarithm((x * UP).to_bits(), -60.0)

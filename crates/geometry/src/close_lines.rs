@@ -8,28 +8,30 @@ use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, predicates};
 /// The largest number of corners: the capacity of [`ParallelLines`].
 const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
-/// The nearest point of an edge becomes a corner if both ends of the edge are farther from the foot
-/// than that point by this factor: from two ends this far, the distance of the edge loses at most
-/// four bits.
+/// The ratio of the distance of an edge's ends to the distance of the edge, both from the foot (of
+/// the perpendicular from the shading point to the polygon's plane), above which the point of the
+/// edge nearest to the foot becomes an additional corner: from two ends this far, the distance of
+/// the edge loses at most four bits.
 const NEAR_EDGE: f64 = 16.0;
 
-/// The lines of the part of a polygon above a horizon, for a point so close to the polygon's plane
-/// that the distance of an edge from the point's foot would be lost in the rounding of the edge's
-/// ends.
+/// The lines of the part of a polygon above a horizon, for a shading point so close to the
+/// polygon's plane that the distance of an edge from the *foot* (of the perpendicular from the
+/// shading point to that plane) would be lost in the rounding of the edge's ends.
 ///
 /// The origin of coordinates is the point of that part which is nearest to the foot, or the foot
-/// itself if it is inside. There are additional knots at the foot's offset and where an edge or the
-/// horizon passes the foot closely. So each line, and each step from one line to the next, is known
-/// to a few ε of its distance from there, instead of ε of the light's size. Everything is computed
-/// in twice the working precision from the vertices as they are given.
+/// itself if it is inside the part. There are additional knots at the foot's offset and where an
+/// edge or the horizon runs closely by the foot. So each line, and each step from one line to the
+/// next, is known to a few ε of its distance from the origin, instead of ε of the light's size.
+/// Everything is computed in twice the working precision from the vertices as they are given.
 #[derive(Clone, Copy, Debug)]
 pub struct CloseLines {
     /// The lines; their knots are the offsets of the vertices, of the foot and of the nearest
     /// points of edges.
     pub lines: ParallelLines,
-    /// The foot of the point in line coordinates (offset u, position v along the line).
+    /// The foot of the perpendicular from the shading point, in line coordinates (offset u,
+    /// position v along the line).
     pub foot: (f64, f64),
-    /// The height of the plane over the point, along the polygon's normal.
+    /// The height of the polygon's plane over the shading point, along the polygon's normal.
     pub height: f64,
 }
 
@@ -105,7 +107,7 @@ fn area_vector(polygon: &ConvexPolygon) -> Doubles<3> {
 }
 
 /// The corners of a convex polygon, counter-clockwise, as coordinates (along, across) relative to
-/// the foot.
+/// the foot of the perpendicular from the shading point.
 struct Corners {
     points: [Doubles<2>; CAPACITY],
     count: usize,
@@ -129,13 +131,14 @@ impl Corners {
         }
     }
 
-    /// The coordinates of a point of the plane relative to the foot of x.
+    /// Returns the coordinates of a point of the plane relative to the foot of the perpendicular
+    /// from the shading point `x`.
     fn coordinates(frame: &PlaneFrame, p: DVec3, x: DVec3) -> Doubles<2> {
         let p = double::difference(p, x);
         [frame.axes.x, frame.axes.y].map(|a| double::dot(double::vector(a), p))
     }
 
-    /// The corners of the part of a polygon with `(p − x)·normal ≥ 0`.
+    /// Returns the corners of the part of a polygon with `(p − x)·normal ≥ 0`.
     fn above(polygon: &ConvexPolygon, frame: &PlaneFrame, x: DVec3, normal: DVec3) -> Self {
         let normal = double::vector(normal);
         let place = |p: DVec3| {
@@ -157,14 +160,14 @@ impl Corners {
         out
     }
 
-    /// The ends of each edge.
+    /// Returns the two ends of each edge.
     fn edges(&self) -> impl Iterator<Item = (Doubles<2>, Doubles<2>)> + '_ {
         let next = self.all().iter().cycle().skip(1);
         self.all().iter().copied().zip(next.copied())
     }
 
-    /// The point nearest to the foot, or the foot if it is inside; `None` if there are fewer than
-    /// three corners.
+    /// Returns the point of the polygon nearest to the foot, or the foot if it is inside; `None` if
+    /// there are fewer than three corners.
     fn nearest_point(&self) -> Option<Doubles<2>> {
         if self.count < 3 {
             return None;
@@ -198,7 +201,8 @@ impl Corners {
     }
 }
 
-/// The point of the edge from a to b that is nearest to the foot, unless it is an end.
+/// Returns the point of the edge from a to b that is nearest to the foot; `None` if that point is
+/// one of the ends.
 fn nearest_of_edge(a: Doubles<2>, b: Doubles<2>) -> Option<Doubles<2>> {
     let edge = double::minus(b, a);
     let t = -(double::dot(a, edge) / double::dot(edge, edge));

@@ -19,7 +19,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A number hi + lo with |lo| ≤ ε|hi|. Sums, products and ratios have errors of 4 ε² ≈ 2e-31 of
 /// their terms.
 ///
-/// **Domain**: that of [`two_product`]. **Source**: Hida, Li & Bailey 2001.
+/// **Domain**: the domain of [`two_product`]. **Source**: Hida, Li & Bailey 2001.
 #[derive(Clone, Copy, Debug)]
 pub struct Double {
     hi: f64,
@@ -45,7 +45,7 @@ impl Double {
         Self { hi, lo }
     }
 
-    /// a·b − c·d, with an error of 2 ε² of its terms.
+    /// Returns a·b − c·d, with an error of 2 ε² of the two products.
     #[inline]
     #[must_use]
     pub fn diff_of_products(a: f64, b: f64, c: f64, d: f64) -> Self {
@@ -56,14 +56,14 @@ impl Double {
         Self { hi, lo }
     }
 
-    /// The number rounded to `f64`.
+    /// Returns the number rounded to `f64`, which is its high part.
     #[inline]
     #[must_use]
     pub const fn hi(self) -> f64 {
         self.hi
     }
 
-    /// The low part: what the high part lacks of the number.
+    /// Returns the low part: the difference of the number and its high part.
     #[inline]
     #[must_use]
     pub const fn lo(self) -> f64 {

@@ -1,11 +1,11 @@
-//! Elliptic cones: the directions in which a disk is seen from a point, directly or under a linear
-//! map.
+//! Elliptic cones: the directions in which a point sees a disk, directly or under a linear map.
 
 use crate::{DVec3, Frame, predicates};
 use linelit_elementary::hypot;
 
-/// The largest number of Newton steps towards the cone's eigenvalue. The iteration approaches it
-/// from below, and each step covers at least a third of the remaining distance.
+/// The largest number of Newton steps towards the negative eigenvalue that belongs to the cone's
+/// axis. The iteration approaches it from below, and each step covers at least a third of the
+/// remaining distance.
 const STEPS: usize = 100;
 
 /// A cone of directions from the origin over an ellipse, given by its axes.
@@ -93,7 +93,7 @@ impl EllipticCone {
         let usable = mu > 0.0 && tan.iter().all(|t| *t > 0.0 && t.is_finite());
         usable.then(|| Self {
             axes: [first, axis.cross(first), axis],
-            // Rounding may have exchanged their order.
+            // Rounding may have exchanged the order of the two tangents.
             tan: [tan[0], tan[1].min(tan[0])],
         })
     }

@@ -60,9 +60,9 @@ pub fn below_one(value: f64) -> f64 {
     if value < BELOW_ONE { value } else { BELOW_ONE }
 }
 
-/// The power of two by which a positive number has to be multiplied to be in [1, 2), limited to
-/// 2^±1000. Scaling by it changes no bits of results that do not depend on scale, and keeps squares
-/// and products from overflow and underflow.
+/// Returns the power of two by which a positive number has to be multiplied to be in [1, 2),
+/// limited to 2^±1000. Scaling all lengths by this power keeps squares and products from overflow
+/// and underflow, and does not change a bit of results that do not depend on scale.
 ///
 /// ```
 /// use linelit_geometry::finite::power_of_two_over;

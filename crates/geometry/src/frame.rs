@@ -14,8 +14,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Creates a frame around the unit vector `z`. It is a continuous function of `z` except at z.z
-    /// = 0.
+    /// Creates a frame around the unit vector `z`. The tangents are continuous functions of `z`
+    /// except at z.z = 0.
     ///
     /// **Error**: orthonormal to 4 ε. **Source**: Duff et al. 2017, "Building an Orthonormal Basis,
     /// Revisited".

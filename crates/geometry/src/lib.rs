@@ -7,8 +7,8 @@
 //! triangle blocks ([`ShadowTriangle`]), and stores the parts that stay visible ([`intervals`]).
 //!
 //! Everything is computed in `f64`. Nothing here does I/O, allocates except where the documentation
-//! says so, or fails on degenerate input: that gives an empty set or `None`. Lengths are in scene
-//! units, angles in radians. Constructors take vectors of any library ([`Vector3`]).
+//! says so, or fails on degenerate input: the result is an empty set or `None` then. Lengths are in
+//! scene units, angles in radians. Constructors take vectors of any library ([`Vector3`]).
 //!
 //! ```
 //! use linelit_geometry::{

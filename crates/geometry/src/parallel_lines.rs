@@ -3,7 +3,7 @@
 
 use crate::{ConvexPolygon, DVec2, DVec3, PlaneFrame, Segment};
 
-/// The largest number of knots: at most one for each vertex.
+/// The largest number of knots, which are the offsets of the vertices: at most one for each vertex.
 const CAPACITY: usize = ConvexPolygon::CAPACITY;
 
 /// All segments in which lines of one direction cut a convex polygon, parametrised by their offset.
@@ -79,9 +79,10 @@ impl ParallelLines {
         }
     }
 
-    /// Creates the lines of a polygon with corners (v, u), counter-clockwise, with knots at some
-    /// offsets. With `close`, the ends of a line are computed from the nearer corner of an edge,
-    /// which preserves the digits of what is near the origin.
+    /// Creates the lines of a polygon with corners (v, u), counter-clockwise, with knots at the
+    /// given offsets, which are sorted in place. If `close` is true, the ends of a line are
+    /// computed from the nearer corner of an edge, so that ends near the origin keep a small
+    /// relative error.
     #[inline(always)]
     pub(crate) fn through_corners(
         frame: &PlaneFrame,
@@ -97,7 +98,7 @@ impl ParallelLines {
         out
     }
 
-    /// Adds a knot at the offset `u`, and computes both ends of its line.
+    /// Adds a knot at the offset `u`, and computes both ends of the line at that offset.
     #[allow(
         clippy::float_cmp,
         reason = "equal offsets of a sorted list are the same knot"
@@ -163,22 +164,24 @@ impl ParallelLines {
         &self.knots[..self.count]
     }
 
-    /// The coordinate v at which the line at each knot begins.
+    /// The coordinate v at which the line at each knot begins, in the order of
+    /// [`ParallelLines::knots`].
     #[inline]
     #[must_use]
     pub fn lower(&self) -> &[f64] {
         &self.lower[..self.count]
     }
 
-    /// The coordinate v at which the line at each knot ends.
+    /// The coordinate v at which the line at each knot ends, in the order of
+    /// [`ParallelLines::knots`].
     #[inline]
     #[must_use]
     pub fn upper(&self) -> &[f64] {
         &self.upper[..self.count]
     }
 
-    /// The coordinates v of the beginning and the end of the line at offset `u`; `None` outside of
-    /// the range.
+    /// Returns the coordinates v of the beginning and the end of the line at offset `u`; `None` if
+    /// `u` is outside of the range.
     #[must_use]
     pub fn extent(&self, u: f64) -> Option<(f64, f64)> {
         let (a, b) = self.range();
@@ -197,7 +200,8 @@ impl ParallelLines {
         Some((lo, if hi > lo { hi } else { lo }))
     }
 
-    /// The segment at offset `u`, along [`ParallelLines::direction`]; `None` outside of the range.
+    /// Returns the segment at offset `u`, along [`ParallelLines::direction`]; `None` if `u` is
+    /// outside of the range.
     #[must_use]
     pub fn segment(&self, u: f64) -> Option<Segment> {
         Some(self.segment_between(u, self.extent(u)?))
@@ -218,7 +222,8 @@ impl ParallelLines {
         self.extent(u).map_or(0.0, |(lo, hi)| hi - lo)
     }
 
-    /// The coordinates (offset u, position v along the line) of a point of the light's plane.
+    /// Returns the coordinates (offset u, position v along the line) of a point of the light's
+    /// plane.
     #[must_use]
     pub fn coordinates(&self, p: DVec3) -> (f64, f64) {
         let q = self.frame.to_plane(p);

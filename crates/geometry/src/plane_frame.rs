@@ -13,8 +13,8 @@ pub struct PlaneFrame {
 }
 
 impl PlaneFrame {
-    /// Creates the frame of the plane through `origin` with the unit normal `normal`; its x axis is
-    /// along `tangent`.
+    /// Creates the frame of the plane through `origin` with the unit normal `normal`; the frame's x
+    /// axis is along `tangent`.
     #[must_use]
     pub fn new(origin: DVec3, normal: DVec3, tangent: DVec3) -> Self {
         let axes = Frame::from_normal_and_tangent(normal, tangent);
@@ -41,7 +41,7 @@ impl PlaneFrame {
         }
     }
 
-    /// The plane coordinates of a point's foot on the plane.
+    /// Returns the plane coordinates of the foot of the perpendicular from a point to the plane.
     #[inline]
     #[must_use]
     pub fn to_plane(&self, p: DVec3) -> DVec2 {
@@ -49,16 +49,16 @@ impl PlaneFrame {
         DVec2::new(self.axes.x.dot(d), self.axes.y.dot(d))
     }
 
-    /// The point with these plane coordinates.
+    /// Returns the point in space with these plane coordinates.
     #[inline]
     #[must_use]
     pub fn from_plane(&self, q: DVec2) -> DVec3 {
         self.origin + self.axes.x * q.x + self.axes.y * q.y
     }
 
-    /// The angle in radians, counter-clockwise about the normal, from the x axis of `other` to this
-    /// one's, for two frames of one plane. Adding it to the angle of a direction in this frame
-    /// gives the direction's angle in the other frame.
+    /// Returns the angle in radians, counter-clockwise about the normal, from the x axis of `other`
+    /// to the x axis of this frame, for two frames of one plane. Adding it to the angle of a
+    /// direction in this frame gives the direction's angle in the other frame.
     #[must_use]
     pub fn turn_from(&self, other: &Self) -> f64 {
         let x = self.axes.x;

@@ -8,25 +8,29 @@ use std::fmt;
 /// The largest number of vertices that [`ConvexPolygon::new`] accepts.
 pub const MAX_VERTICES: usize = 16;
 
-/// The largest distance of a vertex from the plane, or to the inside of the hull, relative to the
-/// size of the polygon and of its coordinates. Model files store `f32`, whose unit roundoff is
-/// 6e-8, and a cross product of differences of rounded points adds up a few of these.
+/// The largest distance of a vertex from the plane, or to the inside of the hull, that counts as
+/// the rounding of a model file, as a fraction of the size of the polygon and its coordinates.
+/// Vertices within it are moved onto the plane; polygons with vertices beyond it are refused. Model
+/// files store `f32`, whose unit roundoff is 6e-8, and a cross product of differences of rounded
+/// points adds up a few of these.
 const FILE_PRECISION: f64 = 16.0 * 5.96e-8;
 
-/// The largest such distance relative to the size of the polygon alone, no matter how far from the
-/// origin it is: more than a thousandth is a bend and not rounding.
+/// The largest such distance as a fraction of the size of the polygon alone, no matter how far from
+/// the origin the polygon is: more than a thousandth is a bend and not rounding.
 const MOST_BENT: f64 = 1e-3;
 
 /// The largest distance of a point from the line through two others, if the point was computed to
-/// be on that line, relative to the largest coordinate M: the difference of two coordinates, up to
-/// 2M, its product with a fraction, and the sum are rounded, to 2.5 ε M in each coordinate, which
-/// is 4.4 ε M for three; and the line itself is off by as much at its rounded ends.
+/// be on that line, as a fraction of the largest coordinate M; a polygon no wider than this has no
+/// area. The difference of two coordinates, up to 2M, its product with a fraction, and the sum are
+/// rounded, to 2.5 ε M in each coordinate, which is 4.4 ε M for three; and the line itself is off
+/// by as much at its rounded ends.
 const COLLINEAR: f64 = 8.0 * f64::EPSILON;
 
-/// 2²⁰⁰ ≈ 1.6e60: the largest coordinate. Solid angles use products of up to four lengths (of a
-/// light and of a shading point), which have to stay within 1e±292 to keep their digits.
+/// 2²⁰⁰ ≈ 1.6e60: the largest coordinate of a polygon; polygons with larger ones are refused. Solid
+/// angles use products of up to four lengths (of a light and of a shading point), which have to
+/// stay within 1e±292 to keep their full precision.
 const LARGEST: f64 = pow2(200);
-/// 2⁻²⁰⁰ ≈ 6.2e-61: the smallest size of a polygon.
+/// 2⁻²⁰⁰ ≈ 6.2e-61: the smallest size of a polygon; smaller polygons are refused.
 const SMALLEST: f64 = pow2(-200);
 
 const fn pow2(e: i64) -> f64 {
@@ -197,8 +201,8 @@ impl ConvexPolygon {
         Self::new(&[o, o + u, o + u + v, o + v])
     }
 
-    /// The image of the polygon, relative to the point `x`, under a linear map. It is convex and
-    /// flat like the polygon, up to rounding. `None` if it is outside of the domain of
+    /// Returns the polygon relative to the point `x`, transformed by a linear map. The result is
+    /// convex and flat like the polygon, up to rounding. `None` if it is outside of the domain of
     /// [`ConvexPolygon::new`], or no wider than rounding errors.
     ///
     /// ```
@@ -328,7 +332,7 @@ impl ConvexPolygon {
         self.area
     }
 
-    /// The centre of mass.
+    /// The centre of mass, for a polygon of uniform density.
     #[must_use]
     pub fn centroid(&self) -> DVec3 {
         let v0 = self.vertices[0];
@@ -347,7 +351,8 @@ impl ConvexPolygon {
         }
     }
 
-    /// The vertices relative to the point `x`, stored in `out`.
+    /// Stores the vertices relative to the point `x` in `out`, and returns the part of `out` that
+    /// is in use.
     pub fn relative_to<'a>(&self, x: DVec3, out: &'a mut [DVec3; Self::CAPACITY]) -> &'a [DVec3] {
         let vertices = self.vertices();
         for (to, from) in out.iter_mut().zip(vertices) {
@@ -372,8 +377,8 @@ impl ConvexPolygon {
         2.0 * predicates::longest(self.vertices().iter().map(|&p| p - first))
     }
 
-    /// The origin and both edge vectors, if the polygon is a parallelogram up to 8 ε of its size
-    /// and coordinates.
+    /// Returns a vertex and the two edge vectors that begin there, if the polygon is a
+    /// parallelogram up to 8 ε of its size and coordinates; `None` for other polygons.
     #[inline]
     #[must_use]
     pub fn as_parallelogram(&self) -> Option<(DVec3, DVec3, DVec3)> {
@@ -381,15 +386,16 @@ impl ConvexPolygon {
         self.parallelogram.then(|| (v[0], v[1] - v[0], v[3] - v[0]))
     }
 
-    /// The frame of the polygon's plane, with its origin at the first vertex and x along the first
-    /// edge that is not too short.
+    /// Returns the frame of the polygon's plane, with its origin at the first vertex and its x axis
+    /// along the first edge that is longer than a millionth of the diameter.
     #[must_use]
     pub fn plane_frame(&self) -> PlaneFrame {
         let tangent = self.longest_leading_edge();
         PlaneFrame::new(self.vertices[0], self.normal, tangent)
     }
 
-    /// The first edge that is longer than a millionth of the diameter; zero if there is none.
+    /// Returns the first edge that is longer than a millionth of the diameter; zero if there is
+    /// none.
     fn longest_leading_edge(&self) -> DVec3 {
         let n = self.count;
         let least = 1e-6 * self.diameter();
@@ -417,8 +423,8 @@ impl ConvexPolygon {
         out
     }
 
-    /// The part of the polygon with `(p − point)·direction ≥ 0`; `None` if it is empty or no wider
-    /// than rounding errors, as in [`ConvexPolygon::new`].
+    /// Returns the part of the polygon with `(p − point)·direction ≥ 0`; `None` if that part is
+    /// empty or no wider than rounding errors, as in [`ConvexPolygon::new`].
     ///
     /// A clip adds at most one corner. When 8 clips of a polygon of [`MAX_VERTICES`] have filled
     /// [`ConvexPolygon::CAPACITY`], further corners are dropped.
@@ -454,8 +460,9 @@ impl ConvexPolygon {
     }
 }
 
-/// Whether an area of extent `size` is zero up to rounding: whether it is no wider than the
-/// distance by which points that should be on a line are off it, with coordinates up to `largest`.
+/// Whether an area of a polygon with diameter `size` is zero up to rounding: whether the polygon is
+/// no wider than the distance by which points that should be on a line are off it, with coordinates
+/// up to `largest`.
 fn is_rounding(area: f64, size: f64, largest: f64) -> bool {
     2.0 * area <= COLLINEAR * largest * size
 }

@@ -2,9 +2,10 @@
 //! numerical foundation of the closed forms.
 //!
 //! The subtraction in `a·b − c·d` can lose every digit. Carrying along the rounding errors of both
-//! products ([Dekker 1971]'s exact product, used as in Kahan's algorithm) makes the result accurate
-//! to about one unit in the last place **relative to itself**. Cross products computed this way
-//! keep the closed forms of the workspace accurate for short, distant and nearly collinear lines.
+//! products ([Dekker 1971]'s exact product, used as in Kahan's algorithm) makes the relative error
+//! of the result about one unit in the last place, however small the result is. Cross products
+//! computed this way keep the closed forms of the workspace accurate for short, distant and nearly
+//! collinear lines.
 //!
 //! Exact products are computed by splitting and not by a fused multiply–add, since without hardware
 //! support known at compile time the latter is a slow library call.
@@ -47,7 +48,7 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (s, (a - (s - t)) + (b - t))
 }
 
-/// `a·b − c·d`, accurate relative to the result.
+/// Returns `a·b − c·d` with a small relative error, even where the two products cancel.
 ///
 /// **Error**: at most 2 ulp of the result within the domain of [`two_product`].
 ///
@@ -66,14 +67,15 @@ pub fn diff_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     s + (es + (ep - eq))
 }
 
-/// `a·b + c·d`, accurate relative to the result; see [`diff_of_products`].
+/// Returns `a·b + c·d` with a small relative error, even where the two products cancel; see
+/// [`diff_of_products`].
 #[inline]
 #[must_use]
 pub fn sum_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     diff_of_products(a, b, -c, d)
 }
 
-/// The cross product, each component accurate relative to itself (2 ulp).
+/// Returns the cross product, each component of which has a relative error of at most 2 ulp.
 ///
 /// The plain cross product is only accurate relative to |a||b|, which is worthless for nearly
 /// parallel vectors.
@@ -115,10 +117,11 @@ pub fn dot(a: DVec3, b: DVec3) -> f64 {
 /// The length of a vector of any finite size.
 ///
 /// `DVec3::length` squares the coordinates, which underflows for lengths below 1e-162 and overflows
-/// above 1e154. Where squares keep all their digits, the bits are the same, and it costs two
-/// comparisons more.
+/// above 1e154. Where the squares are within the range of normal numbers, this function returns the
+/// same bits and costs two comparisons more.
 ///
-/// **Error**: 2 ulp. ∞ or NaN only if a coordinate is, or if the length itself overflows.
+/// **Error**: 2 ulp. The result is ∞ or NaN only if a coordinate is, or if the length itself
+/// overflows.
 ///
 /// ```
 /// use linelit_geometry::{DVec3, predicates::length};
@@ -138,8 +141,8 @@ pub fn length(v: DVec3) -> f64 {
 /// The unit vector along `v`, for vectors of any finite length; `None` for zero and if a coordinate
 /// is not finite.
 ///
-/// The bits are the same as with glam's `try_normalize` wherever squares keep all their digits.
-/// **Error**: 2 ulp in each coordinate.
+/// The bits are the same as with glam's `try_normalize` wherever the squares of the coordinates are
+/// within the range of normal numbers. **Error**: 2 ulp in each coordinate.
 #[inline]
 #[must_use]
 pub fn normalize(v: DVec3) -> Option<DVec3> {
@@ -161,8 +164,8 @@ fn scaled_normalize(v: DVec3) -> Option<DVec3> {
     Some(unit / unit.length())
 }
 
-/// The greatest [`length`] of some vectors, with one square root for all of them; zero if there are
-/// none.
+/// Returns the greatest [`length`] of some vectors, with one square root for all of them; zero if
+/// there are no vectors.
 #[inline]
 pub(crate) fn longest(vectors: impl Iterator<Item = DVec3> + Clone) -> f64 {
     let squares = vectors.clone().map(DVec3::length_squared);
@@ -177,8 +180,8 @@ pub(crate) fn longest(vectors: impl Iterator<Item = DVec3> + Clone) -> f64 {
     }
 }
 
-/// Whether a sum of three squares has lost no digits that matter: a square that underflows is below
-/// 1e-308, which is negligible next to 1e-270.
+/// Whether a sum of three squares is accurate although squares may underflow: a square that
+/// underflows is below 1e-308, which is negligible next to 1e-270.
 #[inline]
 fn squares_are_safe(sum: f64) -> bool {
     sum > 1e-270 && sum < f64::INFINITY

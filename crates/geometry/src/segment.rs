@@ -47,7 +47,8 @@ impl Segment {
         predicates::normalize(self.vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// The point at parameter `t`. It is computed from the nearer end, so that both ends are exact.
+    /// Returns the point at parameter `t`. It is computed from the nearer end, so that both ends
+    /// are exact.
     #[inline]
     #[must_use]
     pub fn at(&self, t: f64) -> DVec3 {
@@ -58,7 +59,7 @@ impl Segment {
         }
     }
 
-    /// The part of the segment between the parameters `lo` and `hi`.
+    /// Returns the part of the segment between the parameters `lo` and `hi`, from `lo` to `hi`.
     #[inline]
     #[must_use]
     pub fn piece(&self, lo: f64, hi: f64) -> Self {
@@ -72,7 +73,7 @@ impl Segment {
         Self::new(self.p1, self.p0)
     }
 
-    /// The segment relative to the point `x`, as closed forms expect it.
+    /// Returns the segment with coordinates relative to the point `x`, as closed forms expect them.
     #[inline]
     #[must_use]
     pub fn relative_to(&self, x: DVec3) -> Self {

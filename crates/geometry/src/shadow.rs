@@ -4,15 +4,16 @@
 use crate::{DVec3, Segment, intervals::Interval, predicates};
 use core::ops::Range;
 
-/// The margins at both ends of the way from a point to a light, within which occluders hide
-/// nothing.
+/// The margins at both ends of the segment from a shading point to a point of a light, within which
+/// occluders hide nothing.
 ///
-/// Both are fractions of the way, in [0, 1). The defaults forgive what rounded files contain, such
-/// as a lamp in the plane of a ceiling, or a shading point on a surface. [`Margins::ROUNDING`] only
-/// forgives the rounding of `f64`, for lights whose own triangles are excluded by number: other
-/// geometry that touches such a light hides it up to where it touches. Zero is for callers whose
-/// occluders and lights share their vertices: then the side of the light's plane on which a vertex
-/// is decides, and what is in that plane hides nothing.
+/// Both margins are fractions of the segment, in [0, 1). The defaults tolerate the rounding of
+/// coordinates in files, such as of a lamp in the plane of a ceiling, or a shading point on a
+/// surface. [`Margins::ROUNDING`] only tolerates the rounding of `f64`, for lights whose own
+/// triangles are excluded by index: other geometry that touches such a light hides it up to where
+/// it touches. [`Margins::NONE`] is for callers whose occluders and lights share their vertices:
+/// then the side of the light's plane on which a vertex lies decides, and geometry in that plane
+/// hides nothing.
 ///
 /// ```
 /// use linelit_geometry::Margins;
@@ -57,9 +58,9 @@ impl Margins {
         light: 0.0,
     };
 
-    /// The margins for a light whose own triangles have the numbers `own` among the occluders, and
-    /// are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty,
-    /// [`Margins::DEFAULT`], which ignore the light's own triangles if these are among the
+    /// Returns the margins for a light whose own triangles have the indices `own` among the
+    /// occluders, and are excluded from its shadows: [`Margins::ROUNDING`]. If `own` is empty,
+    /// returns [`Margins::DEFAULT`], which ignore the light's own triangles if these are among the
     /// occluders but have not been named.
     #[must_use]
     pub const fn excluding(own: &Range<u32>) -> Self {
@@ -70,8 +71,9 @@ impl Margins {
         }
     }
 
-    /// The fraction of the way to a light at a distance, from which on occluders hide it: `point ·
-    /// min(1, reach ÷ distance)`. Lights beyond `reach` are far from all occluders.
+    /// Returns the fraction of the way to a light, at the distance `distance`, beyond which
+    /// occluders hide the light: `point · min(1, reach ÷ distance)`. Lights beyond `reach` are far
+    /// from all occluders.
     ///
     /// The rounding errors of occluders' positions grow with the distance of the occluders, and not
     /// with the way to a light far beyond them; a fixed fraction of that way would let the light
@@ -88,7 +90,7 @@ impl Margins {
         }
     }
 
-    /// The fraction of the way up to which occluders hide the light: `1 − light`.
+    /// Returns the fraction of the way up to which occluders hide the light: `1 − light`.
     #[inline]
     #[must_use]
     pub const fn end(&self) -> f64 {
@@ -98,12 +100,14 @@ impl Margins {
 
 /// The coordinates of a point in the frame of a shadow triangle.
 ///
-/// The sign of `sigma` is the side of the shadow triangle's plane on which the point is. The foot
-/// of the point on that plane is `lam0·p0 + lam1·p1` relative to the shading point, for the ends
-/// p0, p1 of the line. The depth `lam0 + lam1` is 0 at the shading point and 1 at the line.
+/// The sign of `sigma` says on which side of the shadow triangle's plane the point is. The foot of
+/// the perpendicular from the point to that plane is `lam0·p0 + lam1·p1` relative to the shading
+/// point, for the ends p0, p1 of the line. The depth `lam0 + lam1` is 0 at the shading point and 1
+/// at the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowCoords {
-    /// The signed volume with the shadow triangle, whose sign is the side of the plane.
+    /// The signed volume of the point with the shadow triangle, up to a common factor; its sign
+    /// says on which side of the triangle's plane the point is.
     pub sigma: f64,
     /// The barycentric coordinate of p0.
     pub lam0: f64,
@@ -121,9 +125,10 @@ pub struct ShadowCoords {
 ///                ●
 /// ```
 ///
-/// Whatever cuts it is projected from the shading point onto the line. The coordinates of a vertex
-/// depend on that vertex and the line alone, and a crossing is computed by an expression that has
-/// the same bits in either direction of the edge: so two triangles that share an edge leave no gap.
+/// Every occluder that cuts the shadow triangle is projected from the shading point onto the line.
+/// The coordinates of a vertex depend on that vertex and the line alone, and a crossing is computed
+/// by an expression that has the same bits in either direction of the edge: so two triangles that
+/// share an edge leave no gap.
 ///
 /// **Source**: Billen & Dutré 2016, section 5.2 and Fig. 4.
 #[derive(Clone, Copy, Debug)]
@@ -132,7 +137,7 @@ pub struct ShadowTriangle {
     normal: DVec3,
     dual0: DVec3,
     dual1: DVec3,
-    /// The depths between which occluders hide the line.
+    /// The depths [near, end] between which occluders hide the line; see [`ShadowCoords`].
     depths: [f64; 2],
 }
 
@@ -169,7 +174,7 @@ impl ShadowTriangle {
         }
     }
 
-    /// The coordinates of a point.
+    /// Returns the coordinates of a point in the frame of the shadow triangle.
     #[inline]
     #[must_use]
     pub fn vertex(&self, p: DVec3) -> ShadowCoords {
@@ -181,14 +186,14 @@ impl ShadowTriangle {
         }
     }
 
-    /// The part of the line that a triangle hides, as an interval of line parameters; `None` if
-    /// there is none.
+    /// Returns the part of the line that a triangle hides, as an interval of line parameters;
+    /// `None` if the triangle hides no part.
     #[must_use]
     pub fn blocked_by(&self, triangle: &[DVec3; 3]) -> Option<Interval> {
         self.blocked(&triangle.map(|p| self.vertex(p)))
     }
 
-    /// The same as [`ShadowTriangle::blocked_by`], from the coordinates of the triangle's vertices.
+    /// Computes [`ShadowTriangle::blocked_by`] from the coordinates of the triangle's vertices.
     ///
     /// A vertex that is exactly in the plane counts as above it, so a triangle in the plane of the
     /// shadow triangle hides nothing. This is right for almost every line, and the triangle's
@@ -199,8 +204,8 @@ impl ShadowTriangle {
     }
 
     /// Finds the chord in which a triangle, given by the coordinates of its corners, cuts the
-    /// shadow triangle, if it hides a part of the line. [`Chord::hidden`] is the interval that
-    /// [`ShadowTriangle::blocked`] returns, to the bit.
+    /// shadow triangle; `None` if the triangle hides no part of the line. [`Chord::hidden`] is
+    /// exactly the interval that [`ShadowTriangle::blocked`] returns.
     #[must_use]
     #[inline]
     pub fn chord(&self, c: &[ShadowCoords; 3]) -> Option<Chord> {
@@ -224,18 +229,18 @@ impl ShadowTriangle {
 pub struct Chord([Crossing; 2]);
 
 impl Chord {
-    /// The ends of the chord on the triangle, as barycentric coordinates of its second and third
-    /// corner. Their error is a few ε, divided by the sine of the angle at which the edge with that
-    /// end crosses the plane of the shadow triangle.
+    /// Returns the ends of the chord on the occluding triangle, as barycentric coordinates of its
+    /// second and third corner. Their error is a few ε, divided by the sine of the angle at which
+    /// the edge with that end crosses the plane of the shadow triangle.
     #[must_use]
     pub fn ends(&self) -> [[f64; 2]; 2] {
         self.0.each_ref().map(|end| end.place)
     }
 
-    /// The parameter of the line at the projection of a point `s` of the chord: a projective and
-    /// monotone function of `s`. Depths are interpolated and not computed from the triangle's
-    /// plane, so that it is as precise for triangles seen edge on: the error is a few ε over the
-    /// depth of the nearer end, as for the interval.
+    /// Returns the parameter of the line at the projection of the point `s` of the chord, which is
+    /// a projective and monotone function of `s`. Depths are interpolated and not computed from the
+    /// triangle's plane, so that the result is as precise for triangles seen edge on: the error is
+    /// a few ε over the depth of the nearer end, as for the interval.
     #[must_use]
     #[inline]
     pub fn t(&self, s: f64) -> f64 {
@@ -245,7 +250,7 @@ impl Chord {
         (lam1 / (lam0 + lam1)).clamp(0.0, 1.0)
     }
 
-    /// The interval of the line that is behind the chord.
+    /// Returns the interval of the line that is behind the chord.
     #[must_use]
     #[inline]
     pub fn hidden(&self) -> Interval {
@@ -260,7 +265,7 @@ impl Chord {
 struct Crossing {
     lam0: f64,
     lam1: f64,
-    /// The barycentric coordinates of the triangle's second and third corner.
+    /// The barycentric coordinates of the triangle's second and third corner at the crossing.
     place: [f64; 2],
 }
 
@@ -290,8 +295,8 @@ impl Crossing {
         self.lam1 / self.depth()
     }
 
-    /// The point where a linear function vanishes, between two points at which it has the values
-    /// `fa` and `fb` of opposite signs.
+    /// Returns the point where a linear function is zero, between two points at which it has the
+    /// values `fa` and `fb` of opposite signs.
     fn between(a: &Self, fa: f64, b: &Self, fb: f64) -> Self {
         let d = fb - fa;
         let mix = |a: f64, b: f64| (a * fb - b * fa) / d;
@@ -315,8 +320,8 @@ fn clip_chord([mut a, mut b]: [Crossing; 2], [near, end]: [f64; 2]) -> Option<Ch
     (hidden.lo < hidden.hi).then_some(chord)
 }
 
-/// Moves an end with `f < 0` to where `f = 0`, which `snap` makes exact; `None` if both ends are
-/// outside.
+/// Moves an end of the chord where the function `f` is negative to the point where `f = 0`, which
+/// `snap` makes exact; `None` if both ends are outside.
 #[inline]
 fn clip_end(
     a: &mut Crossing,

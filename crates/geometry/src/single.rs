@@ -12,13 +12,13 @@
 use crate::DVec3;
 use core::fmt;
 
-/// The origin for vertices in the box from `low` to `high`: on each axis the middle of the box, if
-/// that is more than four times as far from zero as the box is large; otherwise zero.
+/// Returns the origin for vertices in the box from `low` to `high`: on each axis the centre of the
+/// box, if the centre is more than four times as far from zero as the box is large; otherwise zero.
 ///
-/// Vertices of scenes around zero are stored as they are, since the middle would gain at most three
-/// bits. Differences from a middle are exact in `f64` (Sterbenz). The middle itself is rounded to
-/// `f32` if that moves it by less than an eighth of the size; then vertices that are `f32` numbers
-/// have exact differences.
+/// Vertices of scenes around zero are stored as they are, since subtracting the centre would gain
+/// at most three bits. Differences from the origin are exact in `f64` (Sterbenz). The origin itself
+/// is rounded to `f32` if that moves it by less than an eighth of the box's size; then vertices
+/// that are `f32` numbers have exact differences.
 ///
 /// ```
 /// use linelit_geometry::{DVec3, origin_of_box};
@@ -48,9 +48,10 @@ pub fn origin_of_box(low: DVec3, high: DVec3) -> DVec3 {
 /// How rounding to single precision moved the vertices of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
-    /// The largest distance by which a vertex that is used was moved.
+    /// The largest distance by which a vertex that some triangle uses was moved.
     pub displacement: f64,
-    /// The median length of edges; for large scenes, of the edges of a sample of triangles.
+    /// The median length of the edges of triangles; for large scenes, of the edges of a sample of
+    /// triangles.
     pub median_edge: f64,
 }
 

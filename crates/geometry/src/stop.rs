@@ -1,9 +1,10 @@
 //! Cooperative cancellation: long loops check whether the work of their thread is to stop.
 //!
 //! A library knows no signals and reads no clock. A caller that wants to be able to end work gives
-//! each of its threads a closure, a *question* ([`ask`]). Loops that may take long call [`check`]
-//! in every step, which unwinds if the closure returns true; the caller [`catch`]es that. Threads
-//! without a question never unwind.
+//! each of its threads a closure, called its *question*, that says whether the thread's work is to
+//! stop ([`ask`]). Loops that may take long call [`check`] in every step, which unwinds if the
+//! closure returns true; the caller ends the unwinding by [`catch`]. Threads without such a closure
+//! never unwind.
 //!
 //! ```
 //! use linelit_geometry::stop;
@@ -43,14 +44,15 @@ thread_local! {
     static HAS_QUESTION: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Sets the question of this thread, and returns the one that it had before.
+/// Sets the closure that says whether the work of this thread is to stop, or removes it with
+/// `None`; returns the closure that was set before.
 pub fn ask(question: Option<Question>) -> Option<Question> {
     HAS_QUESTION.set(question.is_some());
     QUESTION.replace(question)
 }
 
-/// Unwinds to [`catch`] if the work of this thread is to stop. Without a question, it costs a load
-/// and a branch.
+/// Unwinds to [`catch`] if the closure that [`ask`] set for this thread says that its work is to
+/// stop. Without such a closure, the call costs a load and a branch.
 #[inline]
 pub fn check() {
     if HAS_QUESTION.get() {
@@ -68,7 +70,7 @@ fn check_question() {
     }
 }
 
-/// Runs work until it is done or stopped. Panics are passed on.
+/// Runs `work` until it is done or stopped, and returns its result. Panics are passed on.
 ///
 /// # Errors
 /// Returns [`Stopped`] if the work was stopped.

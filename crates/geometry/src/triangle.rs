@@ -19,19 +19,20 @@ impl Triangle {
         }
     }
 
-    /// Twice the area as a vector along the normal, `(b − a) × (c − a)`. Given the rounded edges,
-    /// each component is accurate relative to itself.
+    /// Returns twice the area as a vector along the normal, `(b − a) × (c − a)`. Given the rounded
+    /// edges, each component has a small relative error of its own, however small it is.
     #[must_use]
     pub fn area_vector(&self) -> DVec3 {
         let [a, b, c] = self.vertices;
         predicates::cross(b - a, c - a)
     }
 
-    /// The point of the triangle, edges and corners included, that is nearest to `p`, with an error
-    /// of a few ε of the sizes involved.
+    /// Returns the point of the triangle, edges and corners included, that is nearest to `p`, with
+    /// an error of a few ε of the sizes involved.
     ///
-    /// The signs of the projections on the edges at each corner decide where it is (Ericson 2005,
-    /// section 5.1.5). For a degenerate triangle it is one of its points.
+    /// The signs of the projections of `p` on the edges at each corner decide whether the nearest
+    /// point is a corner, on an edge or inside (Ericson 2005, section 5.1.5). For a degenerate
+    /// triangle the result is one of its points.
     #[must_use]
     pub fn nearest(&self, p: DVec3) -> DVec3 {
         let [a, b, c] = self.vertices;
@@ -47,8 +48,8 @@ impl Triangle {
             };
             from + edge * t
         };
-        // Compute the barycentric weights of the foot in the plane; if all are positive, it is
-        // inside.
+        // Compute the barycentric weights of the foot of the perpendicular from p to the plane; if
+        // all are positive, the foot is inside the triangle.
         let (wa, wb, wc) = (b1 * c2 - b2 * c1, b2 * c0 - b0 * c2, b0 * c1 - b1 * c0);
         let sum = wa + wb + wc;
         if wa > 0.0 && wb > 0.0 && wc > 0.0 && sum < f64::INFINITY {
@@ -72,8 +73,8 @@ impl Triangle {
         predicates::normalize(self.area_vector()).unwrap_or(DVec3::ZERO)
     }
 
-    /// The area in squared scene units. It is correct for edges of lengths from 1e-140 to 1e140,
-    /// whose products keep all their digits in `f64`.
+    /// The area in squared scene units. It is accurate for edges of lengths from 1e-140 to 1e140,
+    /// whose products neither overflow nor underflow in `f64`.
     #[must_use]
     pub fn area(&self) -> f64 {
         0.5 * predicates::length(self.area_vector())

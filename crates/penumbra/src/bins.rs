@@ -1,16 +1,16 @@
-//! A search structure for boxes: which of many boxes may overlap a given one. Sets of boxes are
+//! A search structure for boxes: which of many boxes may overlap a given box. Sets of boxes are
 //! stored as bit sets, one bit for each box.
 
 use super::orient::Point;
 
-/// The number of bins along each axis; a few hundred boxes on a light need no more.
+/// The number of bins along each axis if there are at most [`MANY`] boxes.
 const BINS: usize = 16;
 
 /// The number of boxes from which on there are four times as many bins.
 const MANY: usize = 256;
 
-/// The number of boxes up to which all are returned: larger numbers are rare, and filling bins
-/// takes longer for few boxes.
+/// The number of boxes up to which a query returns all of them and no bins are filled, since
+/// filling bins takes longer than it saves.
 const FEW: usize = 20;
 
 /// A rectangle parallel to the axes.
@@ -61,7 +61,7 @@ impl Bounds {
         Self { low, high }
     }
 
-    /// The rectangle enlarged by `room` on each side.
+    /// Returns the rectangle enlarged by `room` on each side.
     #[inline]
     pub(super) fn wider(&self, room: f64) -> Self {
         let Self { low, high } = self;
@@ -95,11 +95,13 @@ pub(super) struct Bins {
     bins: usize,
     low: Point,
     scale: Point,
-    /// The bit sets: of x, then y; of starts, then ends; for each, `bins` sets of `words` words.
+    /// The bit sets, each of `words` words, one for each bin: first of starts along x, then of ends
+    /// along x, of starts along y, and of ends along y.
     sets: Vec<u64>,
 }
 
-/// The four sets for one box, or, if there are few boxes, the set of all.
+/// The four bit sets whose intersection has the boxes that may overlap one box; or, if there are
+/// few boxes, the set of all.
 #[derive(Clone, Copy, Debug)]
 struct Query<'a> {
     sets: [&'a [u64]; 4],
@@ -107,7 +109,8 @@ struct Query<'a> {
 }
 
 impl Bins {
-    /// Sorts boxes into bins over `area`; ends outside of it go to the outermost bins.
+    /// Sorts boxes into bins over `area`; boxes with ends outside of the area go to the outermost
+    /// bins.
     pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
         self.few = boxes.len();
         self.words = 0;
@@ -144,7 +147,8 @@ impl Bins {
         }
     }
 
-    /// The numbers, from `first` on, of the boxes that may overlap a box, in ascending order.
+    /// Returns the indices, from `first` on, of the boxes that may overlap the box `b`, in
+    /// ascending order.
     #[inline]
     pub(super) fn near(&self, b: &Bounds, first: usize) -> impl Iterator<Item = usize> {
         let query = if self.words == 0 {
@@ -159,13 +163,14 @@ impl Bins {
 
     #[inline(never)]
     fn query(&self, b: &Bounds) -> Query<'_> {
-        // Boxes that start before its end, and end after its start.
+        // Select boxes that start before the end of `b`, and end after its start.
         let rows = self.rows(&b.high, &b.low);
         let sets = rows.map(|row| &self.sets[row * self.words..(row + 1) * self.words]);
         Query { sets, few: 0 }
     }
 
-    /// The indices of four sets: for starts on x, ends on x, starts on y, ends on y.
+    /// Returns the indices of four bit sets: for starts along x, ends along x, starts along y, ends
+    /// along y.
     #[inline]
     fn rows(&self, start: &Point, end: &Point) -> [usize; 4] {
         // Adding 2⁵² rounds to an integer: monotone, and NaN goes to the last bin.
@@ -188,7 +193,7 @@ impl Bins {
 }
 
 impl Query<'_> {
-    /// The numbers in all four sets, from `first` on.
+    /// Returns the indices that are in all four sets, from `first` on.
     #[inline]
     fn from(self, first: usize) -> impl Iterator<Item = usize> {
         let [a, b, c, d] = self.sets;

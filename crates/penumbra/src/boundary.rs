@@ -1,9 +1,11 @@
 //! The boundary of the visible part of a light. `docs/decisions/006-exact-by-the-boundary.md`
 //! explains the method.
 //!
-//! The steps, in order: `steps` is the interface; `edges` collects the edges of triangles' images,
-//! each once; `side` finds where they cross; `counts` counts the images next to each; and
-//! `stretches` does the same for surfaces of which only silhouettes are known.
+//! In this module, the *image* of a triangle is its projection from the shading point onto the
+//! light's plane. The steps, in order: `steps` is the interface; `edges` collects the edges of
+//! images, each once; `side` finds where the edges cross; `counts` counts the images over the
+//! points next to each edge; and `stretches` does the same for surfaces of which only silhouettes
+//! are known.
 //!
 //! Some functions are marked as not to be inlined: they are faster by themselves (by an eighth of
 //! the total time on the grid scene), since together they make the compiler keep too much on the
@@ -42,18 +44,20 @@ pub struct BoundaryEdge {
     pub to: Point,
 }
 
-/// The distance, in units of the light, from the side of a triangle below which the position of a
-/// rounded point decides nothing.
+/// The distance of a rounded point from a side of a triangle, in units of the light, below which it
+/// is not decided from the point on which side it lies; exact decisions replace it then.
 const CLOSE: f64 = 1e-9;
 
-/// Finds the boundary of the part of a convex polygon that is visible past triangles. One value can
-/// be used for any number of polygons, and reuses its buffers.
+/// Finds the boundary of the part of a convex polygon that triangles in its plane do not hide. One
+/// value can be used for any number of polygons, and reuses its buffers.
 #[derive(Debug, Default)]
 pub struct Penumbra {
-    /// The light as it was given; often the next one is the same.
+    /// The light's corners as the caller gave them; if the next light has the same, everything that
+    /// depends on the light alone is kept.
     given: Vec<Point>,
     light: Vec<Point>,
-    /// The light's own sides, and the boxes in which they may matter.
+    /// The light's own sides, as sides of the search, each with the bounding box in which other
+    /// sides may matter to it.
     around: Vec<Side>,
     around_boxes: Vec<Bounds>,
     /// The largest absolute coordinate of the light.
@@ -64,28 +68,30 @@ pub struct Penumbra {
     edges: Edges,
     surface_edges: Edges,
     sides: Vec<Side>,
-    /// The hash table of sides by the point where they start.
+    /// The hash table of sides by the points where they start.
     starts: Vec<Option<Index>>,
-    /// The box of each side's relevant part.
+    /// For each side, the bounding box of its part on the light.
     boxes: Vec<Bounds>,
     images_at: Grids,
     sides_near: Bins,
     events: Vec<Event>,
-    /// The events of one side, in ascending order.
+    /// The events of the side that is processed now, each with its position along the side, in
+    /// ascending order.
     own: Vec<(f64, Index)>,
-    /// Sides whose counts are known but not yet processed, with the counts.
+    /// The indices of sides whose counts are known but which are not processed yet, with the
+    /// counts.
     handed: Vec<(usize, i32)>,
-    /// The number of sides outside of `handed` whose counts are not known.
+    /// The number of sides whose counts are neither known nor in `handed`.
     unknown: usize,
     pieces: Vec<BoundaryEdge>,
-    /// Whether there are surfaces known by silhouettes.
+    /// Whether there are surfaces that are known by their silhouettes only.
     past_surfaces: bool,
     stretches: Stretches,
 }
 
 impl Penumbra {
-    /// Finds the boundary past triangles; if there are silhouettes, finds the stretches of the
-    /// outline instead.
+    /// Finds the boundary of the part of the light that triangles do not hide; if there are
+    /// silhouettes, finds the stretches of the outline instead.
     fn find(&mut self) {
         self.pieces.clear();
         self.stretches.clear();
@@ -229,8 +235,8 @@ impl Penumbra {
             if has_none || (!near && extent == Extent::Light) {
                 continue;
             }
-            // Direct the edge so that more images are on its left, and find the part of it on the
-            // light.
+            // Direct the edge so that more images are on its left than on its right, and find the
+            // part of it on the light.
             let edge = if *weight < 0 { edge.reversed() } else { *edge };
             let inside = whole.is_within(&self.core);
             // Where an edge runs along an edge of the light, the light's own side represents it.
@@ -239,7 +245,7 @@ impl Penumbra {
                 (false, true) => edge.within(&self.light),
                 (false, false) => None,
             };
-            // Find the box in which other sides matter to it.
+            // Find the bounding box in which other sides matter to this one.
             let bounds = match &part {
                 Some(part) if extent == Extent::Light && !inside => {
                     Bounds::of([part.lo.point, part.hi.point]).wider(room)
@@ -366,8 +372,8 @@ impl Penumbra {
     }
 }
 
-/// Replaces minus zero, which has another hash, and numbers that would underflow in products, by
-/// zero; this moves a point by at most 1e-60.
+/// Returns the point with minus zero, which has another hash, and numbers that would underflow in
+/// products replaced by zero; this moves a point by at most 1e-60.
 fn settled(p: Point) -> Point {
     let flush = |x: f64| if x.abs() < 1e-60 { 0.0 } else { x };
     [flush(p[0]), flush(p[1])]

@@ -8,7 +8,7 @@ use super::orient::{Point, orient};
 pub(crate) struct Edge {
     pub from: Point,
     pub to: Point,
-    /// The square of its length, which is also the position of its end; see [`End::at`].
+    /// The square of the edge's length, which is also the position of its end; see [`End::at`].
     pub length: f64,
 }
 
@@ -17,7 +17,7 @@ pub(crate) struct Edge {
 pub(crate) struct End {
     /// The position along the edge: 0 at its start, and its length squared at its end.
     pub at: f64,
-    /// The point itself, with the same bits for both edges that cross there.
+    /// The point itself, which is bit-identical for both edges that cross there.
     pub point: Point,
 }
 
@@ -35,8 +35,8 @@ pub(crate) struct Span {
 pub(crate) enum Start {
     /// The edge's own start.
     Own,
-    /// A crossing with a side of the polygon by which the edge was clipped, or a corner of it; with
-    /// a bound of its rounding error.
+    /// A crossing with a side of the polygon by which the edge was clipped, or a corner of that
+    /// polygon; with a bound of the rounding error of its position along the edge.
     Cut(f64),
 }
 
@@ -64,7 +64,7 @@ pub(crate) struct Crossing {
     /// Whether the second edge, moved, passes the first: `None` if not, otherwise whether to its
     /// left.
     pub second: Option<bool>,
-    /// Whether an end of one is on the line through the other.
+    /// Whether an end of one edge is on the line through the other.
     pub touching: bool,
 }
 
@@ -88,19 +88,20 @@ impl Edge {
         }
     }
 
-    /// The length along the axes (L₁ norm), which is between its length and √2 times that.
+    /// Returns the edge's length along the axes (L₁ norm), which is between its length and √2 times
+    /// its length.
     pub(super) fn extent(&self) -> f64 {
         (self.to[0] - self.from[0]).abs() + (self.to[1] - self.from[1]).abs()
     }
 
-    /// The position of a point along the edge, by its projection.
+    /// Returns the position of a point along the edge, by its projection onto the edge's line.
     #[inline]
     fn place(&self, p: Point) -> f64 {
         let d = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         d[0] * (p[0] - self.from[0]) + d[1] * (p[1] - self.from[1])
     }
 
-    /// The whole edge.
+    /// Returns the whole edge as a part of itself.
     pub(crate) fn whole(&self) -> Span {
         let (at, point) = (0.0, self.from);
         let hi = End {
@@ -123,7 +124,8 @@ impl Edge {
         End { at, point }
     }
 
-    /// The part that this edge shares with another one on the same line and in the same direction.
+    /// Returns the part that this edge shares with another one on the same line and in the same
+    /// direction; `None` if they share none.
     pub(crate) fn shared(&self, other: &Self) -> Option<Span> {
         let (whole, a, b) = (self.whole(), self.place(other.from), self.place(other.to));
         let lo = if a > 0.0 {
@@ -140,9 +142,9 @@ impl Edge {
         (a < b && lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// The part of the edge, moved to its right by an infinitesimal, that is inside of a convex
-    /// polygon given counter-clockwise; `None` if there is none, or if the edge runs along one of
-    /// the polygon's sides.
+    /// Returns the part of the edge, moved to its right by an infinitesimal, that is inside of a
+    /// convex polygon given counter-clockwise; `None` if no part is, or if the edge runs along one
+    /// of the polygon's sides.
     ///
     /// All decisions are those of exact arithmetic on the given coordinates.
     pub(crate) fn within(&self, polygon: &[Point]) -> Option<Span> {
@@ -167,8 +169,8 @@ impl Edge {
         self.between(into?, out?)
     }
 
-    /// The part between two sides of the polygon: the one where the edge comes `into` the polygon,
-    /// and the one where it goes `out`.
+    /// Returns the part of the edge between two sides of the polygon: the side `into` through which
+    /// the edge enters the polygon, and the side `out` through which it leaves.
     fn between(&self, into: (Side, Side), out: (Side, Side)) -> Option<Span> {
         // Find the lower end: the edge's own start if it is inside, otherwise the crossing with the
         // first side.
@@ -207,8 +209,8 @@ impl Edge {
         (lo.at < hi.at).then_some(Span { lo, hi, start })
     }
 
-    /// Returns how far the ends are to the right of the line from c to d, which is to the left as
-    /// seen from d: where edges meet, the polygon's sides are reversed.
+    /// Returns how far the edge's ends are to the right of the line from c to d, which is to the
+    /// left as seen from d: where edges meet, the polygon's sides are reversed.
     fn beside(&self, c: Point, d: Point) -> [f64; 2] {
         [orient(d, c, self.from), orient(d, c, self.to)]
     }
@@ -233,8 +235,8 @@ impl Edge {
         turn * room <= 4.0 * f64::EPSILON * far * other.extent() * self.extent()
     }
 
-    /// Returns the proper crossing with another edge, from whose line the ends have the distances
-    /// `ends` (times a factor).
+    /// Returns the proper crossing with another edge. `from` and `to` are the distances of this
+    /// edge's ends from the line of the other (times a factor).
     #[inline]
     fn crossing(&self, [from, to]: [f64; 2]) -> Point {
         let t = from / (from - to);
@@ -242,8 +244,8 @@ impl Edge {
         [self.from[0] + run[0] * t, self.from[1] + run[1] * t]
     }
 
-    /// Finds how two edges meet, by exact decisions. Both get the same crossing, which is computed
-    /// along this edge.
+    /// Finds how two edges meet, by exact decisions. Both edges get the same crossing, which is
+    /// computed along this edge.
     ///
     /// An edge that is moved to its right by an infinitesimal leaves corners on its own line on its
     /// left. Its ends are moved inwards by a larger infinitesimal, so that what only touches an end
@@ -297,9 +299,10 @@ impl Edge {
     }
 }
 
-/// Whether an edge that is moved to its right passes another: `None` if not, otherwise whether it
-/// comes to the other's left. `other` are the distances of the other's ends to the left of the
-/// moved edge, `own` those of its own ends to the left of the other.
+/// Whether an edge that is moved to its right by an infinitesimal passes another edge: `None` if it
+/// does not; `Some(true)` if it passes from the right of the other to its left, `Some(false)` if
+/// from left to right. `other` are the distances of the other's ends to the left of the moved edge,
+/// `own` the distances of the moved edge's own ends to the left of the other.
 fn passes(other: [f64; 2], own: [f64; 2]) -> Option<bool> {
     let right = [other[0] < 0.0, other[1] < 0.0];
     if right[0] == right[1] {

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 /// A piece of the boundary of a region's part on the unit disk; the part is on its left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DiskEdge {
-    /// A straight piece within the disk, from one point to another.
+    /// A straight edge within the disk, from one point to another.
     Straight(Point, Point),
     /// An arc of the rim, counter-clockwise from one point to another, and whether it is longer
     /// than half of the rim.
@@ -21,7 +21,7 @@ pub enum DiskEdge {
 /// A crossing of a region's boundary with the rim of the disk.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
-    /// The angle on the rim, from 0 to 2π.
+    /// The angle of the crossing on the rim, from 0 to 2π.
     turn: f64,
     at: Point,
     /// Whether the boundary leaves the disk here, so that the rim is in the region from here on.
@@ -53,9 +53,9 @@ impl PartOnDisk {
     /// Finds the boundary of a region's part on the unit disk. The region is given by its boundary:
     /// straight pieces with the region on their left.
     ///
-    /// Edges are returned in no particular order. Where pieces of the region's boundary have equal
-    /// ends, so have the edges, to the bit. Where they have not, because the region is not closed,
-    /// what is left out or counted twice is no larger than the gap.
+    /// Edges are returned in no particular order. Where edges of the region's boundary have equal
+    /// ends, the returned edges have exactly equal ends, too. Where the ends differ, because the
+    /// region is not closed, the area that is left out or counted twice is no larger than the gap.
     pub fn of(&mut self, boundary: impl IntoIterator<Item = BoundaryEdge>) -> &[DiskEdge] {
         // Cut all sides at the rim. As many crossings have to leave the disk as enter it; otherwise
         // close the gaps first.
@@ -100,7 +100,8 @@ impl PartOnDisk {
         }
     }
 
-    /// Collects the part of a side that is within the disk, and its crossings with the rim.
+    /// Collects the part of a boundary edge that is within the disk, and its crossings with the
+    /// rim.
     fn cut(&mut self, BoundaryEdge { from, to }: BoundaryEdge) {
         let [from_in, to_in] = [from, to].map(|p| p[0] * p[0] + p[1] * p[1] <= 1.0);
         if from_in && to_in {
@@ -192,8 +193,8 @@ impl PartOnDisk {
     }
 }
 
-/// Whether a region contains a point that is not on its boundary: whether the boundary winds around
-/// it.
+/// Whether a region, given by its boundary, contains a point that is not on the boundary: whether
+/// the boundary winds around the point.
 fn wind_around(sides: &[BoundaryEdge], [x, y]: Point) -> bool {
     let mut turns = 0;
     for BoundaryEdge { from, to } in sides {

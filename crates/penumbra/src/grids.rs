@@ -1,17 +1,17 @@
-//! A search structure for boxes: which of many boxes may contain a given point, by grids of several
-//! resolutions.
+//! A search structure for boxes: which of many boxes may contain a given point. It consists of
+//! grids of several resolutions.
 
 use super::bins::Bounds;
 use super::orient::Point;
 
-/// The number of boxes up to which all are tested one by one.
+/// The number of boxes up to which no grids are filled, and a query tests all boxes one by one.
 const FEW: usize = 64;
 
 /// The largest number of cells that a box is entered in. With fewer, long thin boxes would go to
 /// grids that are too coarse.
 const TOUCHED: u32 = 8;
 
-/// The finest grid has at most two to this power cells along each axis.
+/// The base-2 logarithm of the largest number of cells along each axis of the finest grid.
 const FINEST: u32 = 7;
 
 /// Grids over a rectangle, each with half as many cells along an axis as the one before. A box is
@@ -22,20 +22,22 @@ const FINEST: u32 = 7;
 /// missed.
 #[derive(Debug, Default)]
 pub(super) struct Grids {
-    /// The number of boxes; if there are few, there are no grids.
+    /// The number of boxes; grids are filled only for more than [`FEW`] boxes.
     count: usize,
-    /// The finest grid has two to this power cells along each axis.
+    /// The base-2 logarithm of the number of cells along each axis of the finest grid.
     levels: u32,
     low: Point,
     scale: Point,
     /// For each cell, grid after grid from the coarsest on, the index of its last entry plus one.
     cells: Vec<u32>,
-    /// A box, and the index of the previous entry of the same cell plus one.
+    /// For each entry of a box in a cell, the index of the box, and the index of the previous entry
+    /// of the same cell plus one.
     entries: Vec<[u32; 2]>,
 }
 
 impl Grids {
-    /// Enters boxes in grids over `area`; parts outside of it are entered in the outermost cells.
+    /// Enters boxes in grids over `area`; boxes that extend beyond the area are entered in the
+    /// outermost cells.
     pub(super) fn fill(&mut self, area: &Bounds, boxes: impl ExactSizeIterator<Item = Bounds>) {
         self.count = boxes.len();
         if self.count <= FEW {
@@ -70,8 +72,8 @@ impl Grids {
         }
     }
 
-    /// Calls `f` with the numbers of the boxes that may contain a point, in no particular order,
-    /// until it returns `None`.
+    /// Calls `f` with the indices of the boxes that may contain a point, in no particular order,
+    /// until `f` returns `None`; then this function does, too.
     #[inline]
     pub(super) fn at(&self, p: &Point, mut f: impl FnMut(usize) -> Option<()>) -> Option<()> {
         if self.count <= FEW {
@@ -91,7 +93,7 @@ impl Grids {
         Some(())
     }
 
-    /// The cell of the finest grid that contains a point.
+    /// Returns the cell of the finest grid that contains a point.
     #[inline]
     fn place(&self, p: &Point) -> [u32; 2] {
         let most = f64::from((1_u32 << self.levels) - 1);
@@ -110,7 +112,7 @@ fn first_cell(level: u32) -> usize {
     ((1 << (2 * level)) - 1) / 3
 }
 
-/// An index into a list of fewer than 2³² items.
+/// Converts an index into a list of fewer than 2³² items to 32 bits.
 fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }

@@ -5,16 +5,16 @@ use linelit_geometry::predicates::{two_product, two_sum};
 /// A point of the light's plane, in any affine coordinates.
 pub type Point = [f64; 2];
 
-/// Below this fraction of its terms, a determinant is computed again, exactly. The rounding of the
-/// plain form is 4 ε of the terms (Shewchuk 1997, section 4.1); the margin above that is for the
-/// digits that crossings of edges need.
+/// The value of a determinant, as a fraction of its terms, below which it is computed again,
+/// exactly. The rounding of the plain form is 4 ε of the terms (Shewchuk 1997, section 4.1); the
+/// margin above that is for the digits that crossings of edges need.
 const CLOSE: f64 = 1e-12;
 
-/// Twice the signed area of the triangle a b c: positive if c is to the left of the line from a to
-/// b.
+/// Returns twice the signed area of the triangle a b c, which is positive if c is to the left of
+/// the line from a to b.
 ///
-/// The sign is that of the exact value, and the value has at least three correct digits; zero is
-/// returned only for points that are exactly on one line. Coordinates have to be zero or between
+/// The sign is the sign of the exact value, and the value has at least three correct digits; zero
+/// is returned only for points that are exactly on one line. Coordinates have to be zero or between
 /// 1e-60 and 1e60 in absolute value.
 #[inline]
 pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
@@ -24,7 +24,8 @@ pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
     if plain.abs() > CLOSE * (left.abs() + right.abs()) {
         return plain;
     }
-    // Two equal points: frequent, since neighbours in a mesh share corners to the bit.
+    // Handle two equal points first, which are frequent, since neighbours in a mesh share exactly
+    // equal corners.
     #[allow(clippy::float_cmp, reason = "the very same point")]
     let shared = c == a || c == b || a == b;
     if shared {
@@ -33,7 +34,7 @@ pub(crate) fn orient(a: Point, b: Point, c: Point) -> f64 {
     exactly(a, b, c)
 }
 
-/// The determinant as an exact sum of its six products, rounded only at the end.
+/// Computes the determinant as an exact sum of its six products, rounded only at the end.
 #[cold]
 #[inline(never)]
 fn exactly(a: Point, b: Point, c: Point) -> f64 {

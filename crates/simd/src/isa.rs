@@ -47,9 +47,9 @@ impl InstructionSet {
     /// Prevents the whole process from using a higher instruction set than this, from the next
     /// query on. Existing [`Isa`] values keep theirs. The limit can only be lowered.
     ///
-    /// This is for tests and measurements: no result depends on the instruction set, to the bit.
-    /// The limit is the only global state of this crate, apart from what the standard library
-    /// caches about the processor.
+    /// This is for tests and measurements: results are bit-identical on every instruction set. The
+    /// limit is the only global state of this crate, apart from what the standard library caches
+    /// about the processor.
     pub fn limit(self) {
         best();
         BEST.fetch_min(self as u8, Ordering::Relaxed);
@@ -83,10 +83,10 @@ impl FromStr for InstructionSet {
     }
 }
 
-/// The number of the best instruction set available; zero before it is known.
+/// The best instruction set available, as the number of its variant; zero before it is known.
 static BEST: AtomicU8 = AtomicU8::new(0);
 
-/// The number of the best instruction set available.
+/// Returns the best instruction set available, as the number of its variant.
 #[inline]
 fn best() -> u8 {
     match BEST.load(Ordering::Relaxed) {
@@ -95,18 +95,18 @@ fn best() -> u8 {
     }
 }
 
-/// Detects the best instruction set, and caches it.
+/// Detects the best instruction set, caches it, and returns the number of its variant.
 #[cold]
 fn find() -> u8 {
     let found = processor() as u8;
-    // Another thread has detected the same meanwhile, or lowered it.
+    // Another thread may have detected the same set meanwhile, or lowered the limit.
     match BEST.compare_exchange(0, found, Ordering::Relaxed, Ordering::Relaxed) {
         Ok(_) => found,
         Err(best) => best,
     }
 }
 
-/// The best instruction set of the processor.
+/// Returns the best instruction set of the processor, regardless of the limit.
 fn processor() -> InstructionSet {
     #[cfg(target_arch = "x86_64")]
     {
@@ -153,20 +153,21 @@ pub enum Isa {
 }
 
 impl Isa {
-    /// The best instruction set available.
+    /// Returns the best instruction set that the processor has and that [`InstructionSet::limit`]
+    /// allows.
     #[inline]
     #[must_use]
     pub fn best() -> Self {
         Self::numbered(best())
     }
 
-    /// The best instruction set available that is not above `limit`.
+    /// Returns the best instruction set available that is not above `limit`.
     #[must_use]
     pub fn detect(limit: InstructionSet) -> Self {
         Self::numbered(best().min(limit as u8))
     }
 
-    /// The instruction set with a number, which must not exceed [`best`].
+    /// Returns the instruction set with the number of its variant, which must not exceed [`best`].
     #[inline]
     fn numbered(number: u8) -> Self {
         #[cfg(target_arch = "x86_64")]

@@ -1,4 +1,4 @@
-//! Vectors of eight numbers, whose operations give the same bits on every instruction set.
+//! Vectors of eight numbers, whose operations give bit-identical results on every instruction set.
 //!
 #![doc = include_str!("../README.md")]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods, clippy::unwrap_used))]

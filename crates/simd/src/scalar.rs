@@ -1,5 +1,5 @@
-//! The vector operations in plain Rust, to which all other instruction sets have to agree to the
-//! bit.
+//! The vector operations in plain Rust. The results of all other instruction sets have to be
+//! bit-identical to these.
 
 use crate::{Lanes, Simd};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Not, Sub};
@@ -21,7 +21,7 @@ fn zip<T: Copy, U: Copy, V>(a: [T; 8], b: [U; 8], f: impl Fn(T, U) -> V) -> [V; 
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// A bit for each true lane, lane 0 in the lowest.
+/// Returns a mask with a bit for each true lane, lane 0 in the lowest bit.
 #[inline(always)]
 fn pack(a: [bool; 8]) -> u8 {
     let mut bits = 0;
@@ -31,8 +31,8 @@ fn pack(a: [bool; 8]) -> u8 {
     bits
 }
 
-/// `a·b + c`, rounded once, even if the processor has no instruction for it. So culling keeps the
-/// same boxes and triangles on every machine, and counters agree.
+/// Returns `a·b + c`, rounded once, even if the processor has no instruction for it. So culling
+/// keeps the same boxes and triangles on every machine, and work counters agree.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "rounded")]
 fn fused(a: f32, b: f32, c: f32) -> f32 {
@@ -44,7 +44,7 @@ fn fused(a: f32, b: f32, c: f32) -> f32 {
     let lost = (product - (sum - part)) + (c - part);
     let bits = sum.to_bits();
     let even = bits & 1 == 0;
-    // If the sum is exact, nothing is changed; nor if it is not finite, where `lost` is NaN.
+    // If the sum is exact, it stays as it is; also if it is not finite, where `lost` is NaN.
     let odd = match (lost.abs() > 0.0 && even, (lost > 0.0) == (sum > 0.0)) {
         (false, _) => bits,
         (true, true) => bits + 1,
@@ -280,7 +280,7 @@ impl Simd for Scalar {
     }
 }
 
-/// Moves the lanes in the mask `m` to the front.
+/// Copies the lanes in the mask `m` to the front of `out`, in order.
 #[inline(always)]
 fn squeeze<T: Copy>(m: u8, a: &[T; 8], out: &mut [T]) {
     let mut m = m;

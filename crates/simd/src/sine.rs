@@ -1,9 +1,10 @@
-//! The sine by polynomials: without calls or branches, and with the same bits on every machine.
+//! The sine by polynomials: without calls or branches, and with bit-identical results on every
+//! machine.
 
 use crate::Lanes;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// π minus the nearest `f64`; half of it is the same for π/2.
+/// π minus the nearest `f64` to π; half of it is the same difference for π/2.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 
 /// The Taylor coefficients of (sin v − v)/v³ and of (cos v − 1 + v²/2)/v⁴ as polynomials in v²; the
@@ -21,7 +22,8 @@ const SERIES: [[f64; 2]; 8] = {
     out
 };
 
-/// The sine for 0 ≤ x ≤ π, accurate relative to the result at both ends.
+/// Returns the sine for 0 ≤ x ≤ π, with a small relative error even near both ends, where the sine
+/// is close to zero.
 ///
 /// **Error**: 1.5 ulp: half an ulp of the last sum, plus the rounding of its second term, which is
 /// at most 0.44 of the result; x − π/2 and π − x are exact to half an ulp. The largest error found

@@ -28,11 +28,11 @@ impl<T, V> Numbers<T> for V where
 {
 }
 
-/// How many `f64` a formula computes at once: `One`, or eight ([`Simd`]).
+/// The number of `f64` that a formula computes at once: `One`, or eight ([`Simd`]).
 ///
 /// A formula that is generic over this trait is its own scalar version: there is one source for
-/// both, and they give the same bits. Every operation rounds in the same way everywhere, and
-/// operations are never fused.
+/// both, and their results are bit-identical. Every operation rounds in the same way everywhere,
+/// and operations are never fused.
 ///
 /// ```
 /// use linelit_simd::{Lanes, One};
@@ -47,21 +47,21 @@ pub trait Lanes: Copy {
     /// A truth value for each lane.
     type M: Copy + BitAnd<Output = Self::M> + BitOr<Output = Self::M> + Not<Output = Self::M>;
 
-    /// The same number in all lanes.
+    /// Returns a vector with the same number in all lanes.
     fn dsplat(self, a: f64) -> Self::D;
-    /// The minimum in each lane; `b` where either is NaN.
+    /// Returns the minimum in each lane; `b` where either is NaN.
     fn dmin(self, a: Self::D, b: Self::D) -> Self::D;
-    /// The maximum in each lane; `b` where either is NaN.
+    /// Returns the maximum in each lane; `b` where either is NaN.
     fn dmax(self, a: Self::D, b: Self::D) -> Self::D;
-    /// The square root in each lane.
+    /// Returns the square root in each lane.
     fn dsqrt(self, a: Self::D) -> Self::D;
     /// Compares lanes: `a ≤ b`; false for NaN.
     fn dle(self, a: Self::D, b: Self::D) -> Self::M;
     /// Compares lanes: `a < b`; false for NaN.
     fn dlt(self, a: Self::D, b: Self::D) -> Self::M;
-    /// `b` in lanes where `m` is true, otherwise `a`.
+    /// Returns in each lane `b` where `m` is true, otherwise `a`.
     fn select(self, m: Self::M, a: Self::D, b: Self::D) -> Self::D;
-    /// 2ⁿ for integers −1022 ≤ n ≤ 1023, which are given as n + 1.5·2⁵².
+    /// Returns 2ⁿ for integers −1022 ≤ n ≤ 1023, which are given as n + 1.5·2⁵².
     fn exp2(self, n: Self::D) -> Self::D;
 
     /// Returns the same numbers, but requires all of them at one point of the program. Independent
@@ -110,34 +110,36 @@ pub trait Simd: Lanes {
     fn load(self, a: &[f32; 8]) -> Self::F;
     /// Stores eight numbers to memory.
     fn store(self, a: Self::F, out: &mut [f32; 8]);
-    /// The same number in all lanes.
+    /// Returns a vector with the same number in all lanes.
     fn splat(self, a: f32) -> Self::F;
-    /// `a·b + c`, rounded once. It is slow if the processor has no instruction for it.
+    /// Returns `a·b + c`, rounded once. The operation is slow if the processor has no instruction
+    /// for it.
     fn fma(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// `a·b − c`, rounded once. It is slow if the processor has no instruction for it.
+    /// Returns `a·b − c`, rounded once. The operation is slow if the processor has no instruction
+    /// for it.
     fn fms(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
-    /// The minimum in each lane; `b` where either is NaN.
+    /// Returns the minimum in each lane; `b` where either is NaN.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The maximum in each lane; `b` where either is NaN.
+    /// Returns the maximum in each lane; `b` where either is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
-    /// The absolute value in each lane.
+    /// Returns the absolute value in each lane.
     fn abs(self, a: Self::F) -> Self::F;
-    /// A bit for each lane in which `a ≤ b`; zero for NaN.
+    /// Returns a mask with a bit for each lane in which `a ≤ b`; the bit is zero for NaN.
     fn le(self, a: Self::F, b: Self::F) -> u8;
-    /// A bit for each lane in which `a < b`; zero for NaN.
+    /// Returns a mask with a bit for each lane in which `a < b`; the bit is zero for NaN.
     fn lt(self, a: Self::F, b: Self::F) -> u8;
     /// Writes the lanes in the mask `m` consecutively to `out[at..]`, and arbitrary values to the
     /// rest of the eight entries there, which have to exist.
     fn compress(self, m: u8, a: Self::F, out: &mut [f32], at: usize);
     /// Packs `u32` lanes as [`Simd::compress`] does.
     fn pack(self, m: u8, a: &[u32; 8], out: &mut [u32], at: usize);
-    /// Masks with the bits from `first` to `last` set; both are given as 2²³ plus a number below
-    /// 64.
+    /// For each lane, stores a mask with the bits from `first` to `last` set; both are given as 2²³
+    /// plus a number below 64.
     fn bin_masks(self, first: Self::F, last: Self::F, out: &mut [u64; 8]);
-    /// A bit for each lane that has a set bit in common with `b`.
+    /// Returns a mask with a bit for each lane of `a` that has a set bit in common with `b`.
     fn intersects(self, a: &[u64; 8], b: u64) -> u8;
-    /// A bit for each lane that is in the range from `start` to `start + len`, excluding its end,
-    /// in wrapping arithmetic.
+    /// Returns a mask with a bit for each lane of `a` in the range from `start` to `start + len`,
+    /// excluding its end, in wrapping arithmetic.
     fn in_range(self, a: &[u32; 8], start: u32, len: u32) -> u8;
 
     /// Loads eight numbers from memory.
@@ -148,11 +150,11 @@ pub trait Simd: Lanes {
     fn widen(self, a: Self::F) -> Self::D;
     /// Rounds all lanes to the nearest `f32`.
     fn narrow(self, a: Self::D) -> Self::F;
-    /// Converts truth values to a bit for each lane.
+    /// Converts truth values to a mask with a bit for each lane.
     fn bits(self, a: Self::M) -> u8;
     /// Packs `f64` lanes as [`Simd::compress`] does.
     fn dcompress(self, m: u8, a: Self::D, out: &mut [f64], at: usize);
-    /// The sum of all lanes: lanes that are four apart are added first, then those that are one
-    /// apart, then the rest.
+    /// Returns the sum of all lanes: lanes that are four apart are added first, then lanes that are
+    /// one apart, then the rest.
     fn dsum(self, a: Self::D) -> f64;
 }

@@ -109,7 +109,7 @@ impl Not for M64x4x2 {
     }
 }
 
-/// The same number in both registers.
+/// Returns the same number in all lanes of both registers.
 ///
 /// # Safety
 /// The processor must have AVX2.
@@ -119,7 +119,7 @@ unsafe fn twice(a: f64) -> [__m256d; 2] {
     unsafe { [_mm256_set1_pd(a); 2] }
 }
 
-/// The lower eight bits of a move mask.
+/// Returns the lower eight bits of a move mask.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -142,8 +142,8 @@ fn prefetch_lines<T>(a: &T) {
     }
 }
 
-/// The sum `((0 + 4) + (1 + 5)) + ((2 + 6) + (3 + 7))` of eight lanes, given the sums of lanes four
-/// apart.
+/// Returns the sum `((0 + 4) + (1 + 5)) + ((2 + 6) + (3 + 7))` of eight lanes, given the four sums
+/// of lanes that are four apart.
 ///
 /// # Safety
 /// The processor must have AVX2.
@@ -389,7 +389,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// The indices of the lanes in the mask `m`, moved to the front.
+/// Returns the indices of the lanes in the mask `m`, moved to the front.
 ///
 /// # Safety
 /// The processor must have AVX2 and BMI2.

@@ -25,7 +25,7 @@ impl Folder {
         Self(path)
     }
 
-    /// Returns the names in it, sorted.
+    /// Returns the names of the files and folders in this folder, sorted.
     ///
     /// # Panics
     /// If the folder does not exist, or a name is not UTF-8.

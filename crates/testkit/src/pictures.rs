@@ -22,7 +22,8 @@ pub fn tga(size: [u32; 2], rgb: &[[u8; 3]]) -> Vec<u8> {
     file
 }
 
-/// The bytes of a PFM file in colour, little-endian; of rows from the top one, which stands last.
+/// Returns the bytes of a PFM file in colour, little-endian. `rgb` has the rows from the top one
+/// on, which the file stores last.
 ///
 /// ```
 /// let file = linelit_testkit::pictures::pfm([1, 1], &[[1.0; 3]]);

@@ -14,8 +14,8 @@ pub struct Estimate {
     pub evaluations: usize,
 }
 
-/// The largest number of pieces into which the adaptive rules split an interval. They then report
-/// the error that they have reached.
+/// The largest number of pieces into which the adaptive rules split an interval. With that many,
+/// they return the error that they have reached.
 pub const MAX_PIECES: usize = 4000;
 
 /// The nonnegative nodes of the 15-point Kronrod rule, from the outside in.

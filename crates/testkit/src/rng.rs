@@ -67,8 +67,8 @@ impl SplitMix64 {
     }
 }
 
-/// Returns the fractional parts of multiples of the golden ratio: evenly distributed numbers in [0,
-/// 1), the same for every bench.
+/// Returns the fractional parts of multiples of the golden ratio: uniformly distributed numbers in
+/// [0, 1), the same for every bench.
 pub fn golden_numbers(count: usize) -> Vec<f64> {
     (0..count)
         .map(|i| (i as f64 + 0.5) * 0.618_033_988_749_894_9 % 1.0)

@@ -1,5 +1,5 @@
-//! Facets that coincide: where facets cover each other, the one with the lowest number stays, and
-//! the others lose what it covers.
+//! The removal of what coincides: where facets cover each other in one plane, the facet with the
+//! lowest index is kept, and the parts of the others that it covers are cut off.
 
 use crate::facets::Sides;
 use crate::patches::bounds;
@@ -7,9 +7,9 @@ use crate::tree::Tree;
 use crate::view::{divided, edge_planes};
 use linelit_geometry::{DVec3, stop};
 
-/// Removes from each facet's parts what facets of lower numbers cover. One facet covers another if
-/// both are in one plane, up to rounding (`room`), and are seen from the same side. Parts are
-/// convex polygons with the number of their facet.
+/// Removes from each facet's parts what facets of lower indices cover. One facet covers another if
+/// both are in one plane, up to the tolerance `room`, and are seen from the same side. Parts are
+/// convex polygons with the index of their facet.
 pub(crate) fn without(
     parts: &[(usize, Vec<DVec3>)],
     room: f64,
@@ -44,7 +44,7 @@ pub(crate) fn without(
                 lower.push(edge_planes(normal(other), polygon, room));
             }
         });
-        // Keep what is outside of all of them.
+        // Keep the parts that are outside of all of these.
         let mut rest = vec![corners.clone()];
         for planes in lower {
             let outside = |piece: Vec<DVec3>| match divided(&piece, &planes) {

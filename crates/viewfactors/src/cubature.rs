@@ -11,7 +11,7 @@ use linelit_geometry::{ConvexPolygon, DVec3, stop};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// The value of an integral, and the rule's estimate of its error.
+/// The value of an integral, and the estimate of its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Integral {
     pub value: f64,
@@ -22,16 +22,17 @@ pub(crate) struct Integral {
 /// corners coincide.
 pub(crate) type Corners = [DVec3; 4];
 
-/// Two nonnegative functions to be integrated, with what is known about them in a part of the
-/// polygon.
+/// Two nonnegative functions to be integrated at once, with data that narrow down their evaluation
+/// in a part of the polygon, such as which blockers matter there.
 pub(crate) trait Integrand {
-    /// What is known about both functions in a quadrangle.
+    /// The data about both functions in one quadrangle.
     type Known;
-    /// Finds what is known in a quadrangle, from what is known in a larger one around it.
+    /// Returns the data for a quadrangle, given the data for a larger quadrangle around it.
     fn narrow(&mut self, corners: &Corners, around: &Self::Known) -> Self::Known;
-    /// Evaluates both functions at a point.
+    /// Returns the values of both functions at the point `x` of a quadrangle with these data.
     fn at(&mut self, x: DVec3, known: &Self::Known) -> [f64; 2];
-    /// A bound of what the points of the rule may miss in a quadrangle.
+    /// Returns a bound of the part of the integral over a quadrangle that the points of the rule
+    /// may miss.
     fn unseen(&self, corners: &Corners, known: &Self::Known) -> f64;
 }
 
@@ -44,12 +45,13 @@ struct Cell<K> {
     /// For each function, whether it changes more along the second axis of the square than along
     /// the first.
     is_upright: [bool; 2],
-    /// The index of the function whose error counts, and the number of this cell.
+    /// The index of the function whose error determines the order of the cells, and a number by
+    /// which cells of equal error are ordered: the number of cells when this one was added.
     key: (usize, usize),
 }
 
 impl<K> Cell<K> {
-    // Cells are ordered by error, and cells of equal error by age, so that the order is unique.
+    // Cells are ordered by error, and cells of equal error by the number in their key.
     fn rank(&self) -> (f64, usize) {
         (self.sums[self.key.0].error, self.key.1)
     }
@@ -85,7 +87,7 @@ const WEIGHTS: [[f64; 2]; 5] = [
     [200.0 / 19683.0, 25.0 / 729.0],
     [6859.0 / 78732.0, 0.0],
 ];
-/// The factor between differences of rules and the error estimate.
+/// The factor from the differences of rules to the error estimate of a quadrangle.
 const SAFETY: f64 = 2.0;
 /// The weights of the first four orbits and of the points near the corners in a sum that is zero
 /// for all polynomials of degree 5. A large sum means that the function is not smooth at a corner,
@@ -103,7 +105,7 @@ const NEAR: f64 = 0.358_568_582_800_318_1;
 const FAR: f64 = 0.948_683_298_050_513_8;
 const DIAGONAL: f64 = 0.688_247_201_611_685_3;
 const CORNER: f64 = 0.998;
-/// The positions of all points except the middle: five orbits of four points each.
+/// The positions of all points of the rule except the centre: five orbits of four points each.
 const PLACES: [[[f64; 2]; 4]; 5] = [
     [[-NEAR, 0.0], [NEAR, 0.0], [0.0, -NEAR], [0.0, NEAR]],
     [[-FAR, 0.0], [FAR, 0.0], [0.0, -FAR], [0.0, FAR]],
@@ -117,9 +119,9 @@ const fn diagonals(r: f64) -> [[f64; 2]; 4] {
 }
 
 /// Integrates two nonnegative functions over a polygon until the error of one of them is below the
-/// tolerance, or until there are `most` quadrangles. Returns the index of the function whose error
-/// was smaller at first, which alone is refined, and its integral. The quadrangle with the largest
-/// error is halved in each step.
+/// tolerance, or until there are `most` quadrangles. Returns the index of the function with the
+/// smaller error at first, which alone is refined, and its integral. The quadrangle with the
+/// largest error is halved in each step.
 ///
 /// The error of a quadrangle is the largest of these differences: between the rules of degree 7 and
 /// 5; between these and rules of degree 3 where they show that the function is not smooth; and half
@@ -194,7 +196,8 @@ pub(crate) fn integrate<I: Integrand>(
     (k, Integral { value, error })
 }
 
-/// Evaluates the rules for a quadrangle: the integrals of both functions, and their errors.
+/// Evaluates the rules for a quadrangle: returns a cell with the integrals of both functions, and
+/// their errors.
 fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) -> Cell<I::Known> {
     // The bilinear map from the square: the middle, the vectors along the axes, and the twist.
     let [a, b, c, d] = corners;
@@ -266,8 +269,9 @@ fn evaluate<I: Integrand>(corners: Corners, integrand: &mut I, known: I::Known) 
     }
 }
 
-/// An error estimate from rules of degree 3, each of the middle and one orbit: where a function is
-/// smooth, the error of degree 5 is about the power 3/2 of theirs, relative to its integral.
+/// Returns an error estimate from rules of degree 3, each of the centre and one orbit: where a
+/// function is smooth, the error of degree 5 is about the power 3/2 of theirs, as fractions of the
+/// integral.
 fn third_degree(value: f64, center: f64, orbits: [f64; 4]) -> f64 {
     let squares = [
         2.0 * NEAR * NEAR,
@@ -290,8 +294,8 @@ fn is_longer_upright(&[a, b, c, d]: &Corners) -> bool {
     (c + d - a - b).length_squared() > (b + c - a - d).length_squared()
 }
 
-/// The points of the rule in all quadrangles of a polygon; in each, the points near corners and far
-/// from the middle come first.
+/// Returns the points of the rule in all quadrangles of a polygon; in each quadrangle, the points
+/// near corners and far from the centre come first.
 pub(crate) fn places(polygon: &ConvexPolygon) -> impl Iterator<Item = DVec3> {
     quadrangles(polygon).flat_map(|[a, b, c, d]| {
         let around = PLACES.iter().rev().flatten().copied();
@@ -310,7 +314,8 @@ fn quadrangles(polygon: &ConvexPolygon) -> impl Iterator<Item = Corners> {
         .map(move |k| [v[0], v[k], v[k + 1], v[(k + 2) % v.len()]])
 }
 
-/// The halves of a quadrangle, divided across the first axis of its square, or across the second.
+/// Returns the two halves of a quadrangle, divided across the first axis of its square, or across
+/// the second if `is_upright`.
 fn halves(&[a, b, c, d]: &Corners, is_upright: bool) -> [Corners; 2] {
     let middle = |p: DVec3, q: DVec3| 0.5 * (p + q);
     if is_upright {

@@ -1,10 +1,12 @@
-//! The convex hull of two convex polygons: what is outside of it cannot hide one from the other.
+//! The convex hull of two convex polygons: polygons outside of it cannot hide one of the two from
+//! the other.
 
 use linelit_geometry::{ConvexPolygon, DVec3};
 
-/// The relative rounding error of a height over a plane: products and sums of coordinate
-/// differences. Something that extends into a hull by less hides a part of the same size, which no
-/// result shows; a larger margin would lose thin blockers.
+/// The relative rounding error of a height over a plane, which is computed by products and sums of
+/// coordinate differences. A blocker that extends into a hull by less than this does not count; it
+/// hides a part of the same size, which is below the rounding of results, whereas a larger margin
+/// would lose thin blockers.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 /// The convex hull of two convex polygons.
@@ -12,7 +14,8 @@ const ROOM: f64 = 32.0 * f64::EPSILON;
 pub(crate) struct Hull {
     low: DVec3,
     high: DVec3,
-    /// Unit normals that point inwards, and the heights of the planes along them.
+    /// The unit normals of the hull's planes, which point inwards, each with the height of the
+    /// plane along its normal.
     planes: Vec<(DVec3, f64)>,
     /// The height above a plane below which a point counts as on it.
     room: f64,
@@ -49,7 +52,8 @@ impl Hull {
         hull
     }
 
-    /// Adds a plane if all points are on one side of it, up to rounding.
+    /// Adds the plane through `origin` with this normal if all points are on one side of it, up to
+    /// rounding, so that it bounds the hull.
     fn add_if_outside(
         &mut self,
         normal: DVec3,
@@ -95,7 +99,7 @@ impl Hull {
     }
 
     /// Whether a polygon overlaps the inside of the hull, or, with `or_touches`, touches its
-    /// surface. `memory` is for buffers.
+    /// surface. `memory` is a buffer for the clipped polygon.
     pub(crate) fn meets(
         &self,
         polygon: &ConvexPolygon,

@@ -1,4 +1,5 @@
-//! Facets that are closer together than the rounding to `f32`: which of them is in front.
+//! Facets that are closer together than the distance by which rounding to `f32` moves them: which
+//! of them is in front.
 //!
 //! If two facets are that close and nearly in one plane, their rounded corners do not say which
 //! hides the other. So before rounding, their common part becomes one polygon, a *stack*, with the
@@ -18,24 +19,25 @@ use crate::view::{Plane, divided, edge_planes};
 use linelit_geometry::DVec3;
 
 /// The largest sine of the angle between the planes of facets that become stacks. Facets at steeper
-/// angles cross: their rounded corners say which is in front, except in a strip that is at most a
-/// thousand times as wide as the displacement by rounding; cuts along such a strip would be rounded
-/// themselves.
+/// angles stay separate: their rounded corners say which is in front, except in a strip that is at
+/// most a thousand times as wide as the displacement by rounding; cuts along such a strip would be
+/// rounded themselves.
 const STEEPEST: f64 = 1e-3;
 
-/// A polygon, the facet that is seen from the side of its normal, and the one from the other side.
+/// The corners of a polygon, the facet that is seen from the side of its normal, and the facet that
+/// is seen from the other side, if any.
 pub(crate) type Seen = (Vec<DVec3>, [Option<usize>; 2]);
 
 /// The common polygon of some parts of facets that are closer together than the rounding.
 #[derive(Clone, Debug)]
 struct Stack {
     corners: Vec<DVec3>,
-    /// The numbers of the parts; the corners are those of the first.
+    /// The indices of the parts; the corners of the stack are in the plane of the first.
     parts: Vec<usize>,
 }
 
-/// Puts all parts on stacks. Most are the only part of their stack, whose corners are theirs to the
-/// bit.
+/// Puts all parts on stacks, and returns the polygon of each stack with the facets that are seen on
+/// its two sides. Most parts are alone on their stack, whose corners are exactly theirs then.
 pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Vec<Seen> {
     let mut stacker = Stacker {
         parts,
@@ -74,19 +76,19 @@ pub(crate) fn stacks(parts: &[Part], corners: &[Vec<DVec3>], sides: Sides) -> Ve
 struct Stacker<'a> {
     parts: &'a [Part],
     stacks: Vec<Stack>,
-    /// For each part, the stacks that it is on.
+    /// For each part, the indices of the stacks that it is on.
     of: Vec<Vec<usize>>,
 }
 
 impl Stacker<'_> {
-    /// The sine of the angle between the planes of two parts.
+    /// Returns the sine of the angle between the planes of two parts.
     fn sine(&self, a: usize, b: usize) -> f64 {
         let [a, b] = [a, b].map(|k| self.parts[k].polygon.normal());
         a.cross(b).length()
     }
 
-    /// Adds a part: what it shares with the stacks `near` it goes on these, and what is left on new
-    /// stacks.
+    /// Adds a part: the polygons that it shares with the stacks `near` are added to these, and the
+    /// rest becomes new stacks.
     fn add(&mut self, part: usize, corners: &[DVec3], mut near: Vec<usize>) {
         let mut left = vec![corners.to_vec()];
         near.sort_unstable();
@@ -125,8 +127,9 @@ impl Stacker<'_> {
         self.stacks.push(Stack { corners, parts });
     }
 
-    /// If a stack and a piece of a part are closer together than the rounding can tell apart: the
-    /// polygon that they share, what is left of the stack, and what is left of the piece.
+    /// Returns, if a stack and a piece of a part are closer together than the rounding, three lists
+    /// of polygons: what they share, what is left of the stack, and what is left of the piece.
+    /// `None` if they are not that close or share no area.
     fn shared(&self, stack: usize, part: usize, piece: &[DVec3]) -> Option<[Vec<Vec<DVec3>>; 3]> {
         let Stack { corners, parts } = &self.stacks[stack];
         if parts.contains(&part) {
@@ -151,19 +154,19 @@ impl Stacker<'_> {
         Some([vec![shared], others, rest])
     }
 
-    /// The height within which two parts count as in one plane.
+    /// Returns the height within which two parts count as in one plane.
     fn flatness(&self, a: usize, b: usize) -> f64 {
         self.parts[a].flatness.max(self.parts[b].flatness)
     }
 
-    /// The height of a part's plane above the point `x`, along the normal `n`.
+    /// Returns the height of a part's plane above the point `x`, along the normal `n`.
     fn height(&self, part: usize, n: DVec3, x: DVec3) -> f64 {
         let plane = &self.parts[part].polygon;
         plane.normal().dot(plane.vertices()[0] - x) / plane.normal().dot(n)
     }
 
-    /// Divides a stack along the lines where planes of its parts cross, so that in each piece one
-    /// order holds.
+    /// Divides a stack along the lines where planes of its parts cross, so that in each of the
+    /// resulting stacks the parts have one order of heights.
     fn uncrossed(&self, stack: &Stack) -> Vec<Stack> {
         let parts = &stack.parts;
         let n = self.parts[parts[0]].polygon.normal();
@@ -201,7 +204,8 @@ impl Stacker<'_> {
         pieces.into_iter().map(with).collect()
     }
 
-    /// Finds which facets are seen of a stack from either side: the highest that faces that side.
+    /// Finds which facets are seen of a stack from either side: for each side the highest facet
+    /// that faces it.
     fn seen(&self, Stack { corners, parts }: Stack, sides: Sides) -> Seen {
         let n = self.parts[parts[0]].polygon.normal();
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;

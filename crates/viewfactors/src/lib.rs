@@ -1,5 +1,5 @@
-//! View factors: the fraction of the radiation that leaves one surface, evenly and diffusely, and
-//! reaches another, past any obstruction.
+//! View factors: the fraction of the radiation that leaves one surface, uniformly and diffusely,
+//! and reaches another surface without being blocked.
 //!
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]

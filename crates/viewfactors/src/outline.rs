@@ -17,7 +17,7 @@ const FILE_PRECISION: f64 = 1e-6;
 
 /// Divides a flat polygon into convex parts: itself if it is convex, or triangles. The corners are
 /// relative to a point near them; `largest` is the largest coordinate as given, to whose rounding
-/// they are precise.
+/// the corners are precise. Returns the reason if the outline is refused.
 pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DVec3>>, Refused> {
     if corners.len() < 3 {
         return Err(Refused::NoArea);
@@ -67,8 +67,8 @@ pub(crate) fn convex_parts(corners: &[DVec3], largest: f64) -> Result<Vec<Vec<DV
     Ok(triangles)
 }
 
-/// Twice the signed area of a triangle, positive if it is counter-clockwise as seen against a
-/// normal.
+/// Returns twice the signed area of a triangle, which is positive if the triangle is
+/// counter-clockwise as seen against a normal.
 fn turn(a: DVec3, b: DVec3, c: DVec3, normal: DVec3) -> f64 {
     normal.dot((b - a).cross(c - a))
 }
@@ -120,8 +120,8 @@ fn ears(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<Vec<DVec3>> {
         let best = (0..n)
             .filter(is_ear)
             .max_by(|i, j| quality(*i).total_cmp(&quality(*j)));
-        // A simple polygon has at least two ears; otherwise there are corners in the middle of a
-        // side, which are dropped.
+        // A simple polygon has at least two ears; if none is found, there are corners on the
+        // straight line between their neighbours, which are dropped.
         let flat = || {
             let is_flat = |k: &usize| turn(at(k + n - 1), at(*k), at(k + 1), normal).abs() <= room;
             (0..n).find(is_flat)

@@ -1,5 +1,5 @@
-//! View factors between two facets, past all others: how the sides of both are paired, and how the
-//! visible part of an exchange is integrated.
+//! View factors between two facets, with all other facets as blockers: how the sides of both are
+//! paired, and how the visible part of an exchange is integrated.
 
 use crate::cubature::{Corners, Integral, Integrand, integrate};
 use crate::facets::{Facets, Sides};
@@ -42,18 +42,20 @@ impl Estimate {
     }
 }
 
-/// The largest number of quadrangles of the adaptive rule.
+/// The largest number of quadrangles into which the adaptive rule divides a polygon; the tolerance
+/// may be missed then.
 pub(crate) const MOST: usize = 20_000;
-/// The largest number of quadrangles where there is no blocker; with more, the contour integral is
-/// faster.
+/// The largest number of quadrangles of the adaptive rule where there is no blocker; if more would
+/// be needed, the contour integral is faster.
 const FEW: usize = 8;
 
 impl Facets {
-    /// The view factor from one facet to another: the fraction of the radiation that leaves the
-    /// first, evenly and diffusely, and reaches the second. The error is at most the tolerance
-    /// wherever 20,000 quadrangles of the adaptive rule are enough.
+    /// Returns the view factor from one facet to another: the fraction of the radiation that leaves
+    /// the first, uniformly and diffusely, and reaches the second. The error is at most the
+    /// tolerance wherever 20,000 quadrangles of the adaptive rule are enough.
     ///
-    /// The view factor in the opposite direction is this one times the quotient of the areas.
+    /// The view factor in the opposite direction is this one times the area of `from` over the area
+    /// of `to`.
     ///
     /// # Panics
     /// If there is no facet of this number.
@@ -72,9 +74,9 @@ impl Facets {
         self.facets[facet].area * sides
     }
 
-    /// The exchange of two facets: the area of one times its view factor to the other, which is the
-    /// same in both directions, to the bit. The tolerance has the unit of an area. Also returns the
-    /// costliest of the steps that settled it.
+    /// Returns the exchange of two facets: the area of one times its view factor to the other,
+    /// which is bit-identical in both directions. The tolerance has the unit of an area. Also
+    /// returns the costliest of the steps that determined it.
     pub fn exchange(
         &self,
         a: usize,
@@ -97,8 +99,8 @@ impl Facets {
                 pairs.extend(polygons.map(|polygons| (polygons, own)));
             }
         }
-        // Integrate what the sides of each pair see of each other past blockers, each pair to an
-        // equal part of the tolerance.
+        // Integrate what the sides of each pair see of each other, with an equal part of the
+        // tolerance for each pair.
         let share = tolerance / pairs.len() as f64;
         for (polygons, own) in pairs {
             let sight = self.sight(polygons, own, &Candidates::All, memory);
@@ -116,11 +118,12 @@ impl Facets {
     }
 }
 
-/// The exchange of two polygons past blockers.
+/// Returns the exchange of two polygons that blockers partly hide from each other.
 ///
-/// The integral over points of one polygon is computed twice at once: of the part of the other that
-/// is visible, and of the part that is hidden. The one with the smaller error is refined; from the
-/// hidden part, the exchange follows as the unobstructed exchange minus the hidden.
+/// The integral over points of one polygon is computed of two functions at once: the view factor to
+/// the part of the other polygon that is visible, and to the part that is hidden. The function with
+/// the smaller error is refined; if it is the hidden part, the exchange is the unobstructed
+/// exchange minus its integral.
 pub(crate) fn past(
     polygons: &[ConvexPolygon; 2],
     blockers: &[ConvexPolygon],
@@ -142,7 +145,8 @@ pub(crate) fn past(
         memory,
     };
     let all = Known::Between((0..blockers.len()).collect());
-    // If the hidden part is integrated, the unobstructed exchange takes the rest of the tolerance.
+    // If the hidden part is integrated, the rest of the tolerance is left for the unobstructed
+    // exchange.
     let most = 0.95 * tolerance;
     let (visible, found) = integrate(p, most, MOST, are_apart(p, q), &mut past, &all);
     if visible == 1 && found.error <= found.value {
@@ -162,18 +166,19 @@ pub(crate) fn past(
     }
 }
 
-/// Two polygons, first the smaller one, over whose points is integrated.
+/// Returns the two polygons, first the smaller one, over whose points the exchange is integrated.
 pub(crate) fn by_area([p, q]: &[ConvexPolygon; 2]) -> [&ConvexPolygon; 2] {
     if p.area() <= q.area() { [p, q] } else { [q, p] }
 }
 
-/// The integrand: view factors from points of a polygon to another past blockers, of the hidden
-/// part and of the visible one.
+/// The integrand of an exchange with blockers: the view factors from points of one polygon to the
+/// hidden part and to the visible part of the other.
 struct Past<'a> {
     p: &'a ConvexPolygon,
     q: &'a ConvexPolygon,
     blockers: &'a [ConvexPolygon],
-    /// For each blocker, the least width of its shadow.
+    /// For each blocker, the least width of the shadow that it casts, as [`shadow_width`] computes
+    /// it.
     widths: Vec<f64>,
     memory: &'a mut Memory,
 }
@@ -182,7 +187,7 @@ struct Past<'a> {
 enum Known {
     /// A single blocker hides everything.
     Hidden,
-    /// The numbers of the blockers between them.
+    /// The indices of the blockers between them.
     Between(Vec<usize>),
 }
 
@@ -235,8 +240,8 @@ impl Integrand for Past<'_> {
     }
 }
 
-/// The integrand without blockers: the view factor from points of a polygon to another, for both
-/// functions.
+/// The integrand of an exchange without blockers: the view factor from points of one polygon to the
+/// other, returned for both functions.
 struct Open<'a> {
     n: DVec3,
     q: &'a ConvexPolygon,
@@ -258,8 +263,8 @@ impl Integrand for Open<'_> {
     }
 }
 
-/// The least width of the shadows that a blocker casts on the first of two polygons, as seen from
-/// points of the second.
+/// Returns the least width of the shadows that a blocker casts on the first of two polygons, as
+/// seen from points of the second.
 fn shadow_width(blocker: &ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> f64 {
     let heights = |of: &ConvexPolygon| {
         let (n, origin) = (of.normal(), of.vertices()[0]);
@@ -268,14 +273,14 @@ fn shadow_width(blocker: &ConvexPolygon, [p, q]: [&ConvexPolygon; 2]) -> f64 {
             [h.min(low), h.max(high)]
         })
     };
-    // Between parallel planes, a shadow is as wide as the blocker plus the image of the other
+    // Between parallel planes, a shadow is as wide as the blocker plus the projection of the other
     // polygon through a point of the blocker; both are smallest where the blocker is nearest.
     let (near, far) = (heights(p)[0].max(0.0), heights(q)[1].max(f64::MIN_POSITIVE));
     width(blocker) + (width(q) * near / far).min(width(p))
 }
 
-/// A bound of what a blocker hides from a quadrangle, if the quadrangle is so large that the points
-/// of the rule may all miss the shadow; zero otherwise.
+/// Returns a bound of what a blocker hides from a quadrangle, if the quadrangle is so large that
+/// the points of the rule may all miss the shadow; zero otherwise.
 fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
     let [a, b, c, d] = *corners;
     let middle = 0.25 * (a + b + c + d);
@@ -296,8 +301,8 @@ fn unseen(blocker: &ConvexPolygon, width: f64, corners: &Corners) -> f64 {
     (0.5 * (c - a).cross(d - b).length() * factor).min(blocker.area())
 }
 
-/// The least width of a polygon: the least, over all edges, of the distance from the edge's line to
-/// the corner farthest from it.
+/// Returns the least width of a polygon: the least, over all edges, of the distance from the edge's
+/// line to the corner farthest from it.
 fn width(polygon: &ConvexPolygon) -> f64 {
     let v = polygon.vertices();
     let next = v.iter().cycle().skip(1);
@@ -335,7 +340,7 @@ fn are_apart(p: &ConvexPolygon, q: &ConvexPolygon) -> bool {
     distance(q, middle) > 1.5 * radius
 }
 
-/// The exchange of two polygons without blockers, to a relative tolerance.
+/// Returns the exchange of two polygons without blockers, up to a relative tolerance.
 pub(crate) fn open_exchange(polygons: &[ConvexPolygon; 2], tolerance: f64) -> Estimate {
     let [p, q] = by_area(polygons);
     // For polygons far from each other, a few points are enough; otherwise use the contour

@@ -1,5 +1,5 @@
-//! The search for the partners of a part of a facet: all parts in other patches, each with what the
-//! two see of each other.
+//! The search for the partners of a part of a facet: all parts in other patches, each with the
+//! result of the visibility tests between the two.
 //!
 //! There are many pairs, and most do not see each other. So partners are searched for by patches
 //! (neighbours in one plane). Each patch has a tree of its parts, with a rectangle around the parts
@@ -32,8 +32,7 @@ use std::ops::{Range, RangeInclusive};
 
 /// Parts of one patch, seen from one side, about which the search has one result.
 pub(crate) struct Partner {
-    /// The index of one of the parts: the only one if anything of it is visible, otherwise the
-    /// first.
+    /// The index of one of the parts: the only part if some of it is visible, otherwise the first.
     pub part: usize,
     /// Whether the parts are seen from their back.
     pub back: bool,
@@ -123,8 +122,8 @@ impl PartnerSearch<'_> {
         }
     }
 
-    /// Puts the root of a patch on the stack, once for each side, the front on top; does nothing
-    /// for the part's own patch and for patches whose facets are all skipped.
+    /// Puts the root of a patch's tree on the stack, once for each side, the front on top. The
+    /// stack stays as it is for the part's own patch and for patches whose facets are all skipped.
     fn begin(&mut self, patch: usize) {
         stop::check();
         let own = self.facets.parts[self.of.part].patch;
@@ -158,8 +157,8 @@ impl PartnerSearch<'_> {
         patch.tree.order[items].iter().filter(is_left).count() as u64
     }
 
-    /// Visits a node: returns the partner that its parts are, or `None` if they are skipped, or if
-    /// its children were put on the stack in its place.
+    /// Visits a node. Returns its parts as a partner; or `None` if they are skipped, or if the
+    /// node's children were put on the stack instead.
     fn visit(&mut self, at: &WaitingNode, memory: &mut Memory) -> Option<Partner> {
         let all = self.facets;
         let patch = &all.patches[at.patch];
@@ -183,7 +182,7 @@ impl PartnerSearch<'_> {
         let Some(pair) = before_each_other(&self.of.polygon, &around, flatness) else {
             return Some(partner(Sight::FacingAway));
         };
-        // At a leaf, whose rectangle is its part, find what the pair sees.
+        // At a leaf, whose rectangle is its part, find what the two parts see of each other.
         let Some(children) = node.children else {
             let [p, q] = pair;
             let polygons = if own < facet { [p, q] } else { [q, p] };
@@ -207,7 +206,8 @@ impl PartnerSearch<'_> {
     }
 }
 
-/// A polygon as seen from its front or its back.
+/// Returns a polygon as seen from its front, or, with `back`, from its back: with reversed
+/// orientation.
 fn seen_from(polygon: &ConvexPolygon, back: bool) -> ConvexPolygon {
     if back { polygon.flipped() } else { *polygon }
 }

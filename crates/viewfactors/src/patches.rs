@@ -1,5 +1,5 @@
 //! Patches: neighbouring parts in one plane that form a convex polygon, and so hide others as one
-//! polygon. Fewer and larger polygons make view factors past them cheaper.
+//! polygon. Fewer and larger blockers make view factors cheaper to compute.
 
 use crate::facets::Part;
 use crate::tree::Tree;
@@ -17,17 +17,19 @@ pub(crate) struct Patch {
     pub tree: Tree,
     /// For each node of the tree, a rectangle around its parts; for a leaf, the part itself.
     pub around: Vec<ConvexPolygon>,
-    /// The tolerance for flatness: corners that it shares with others are within this height of its
-    /// plane.
+    /// The tolerance for flatness: corners that the patch shares with other patches are within this
+    /// height of its plane.
     pub flatness: f64,
 }
 
-/// The tolerance for the distance of a corner from a plane or a line, relative to the largest
-/// coordinate as given; corners are differences and sums of coordinates.
+/// The tolerance for the distance of a corner from a plane or a line, as a fraction of the largest
+/// coordinate as given; corners are differences and sums of coordinates. A corner within it counts
+/// as in the plane or on the line.
 pub(crate) const FLAT: f64 = 16.0 * f64::EPSILON;
 
-/// Joins polygons in one plane that share edges, wherever the result is convex. The outlines are
-/// the corners as given, so that neighbours have the same bits at shared corners.
+/// Joins polygons in one plane that share edges, wherever the result is convex, and returns the
+/// patches. `outlines` are the corners of the parts as given, so that neighbours have exactly equal
+/// corners.
 pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
     // Join neighbours in pairs until there is nothing to join.
     let polygons: Vec<ConvexPolygon> = parts.iter().map(|part| part.polygon).collect();
@@ -73,7 +75,7 @@ pub(crate) fn patches(parts: &[Part], outlines: &[Vec<DVec3>]) -> Vec<Patch> {
     patches
 }
 
-/// The bounding box of some points, as its lowest and its highest corner.
+/// Returns the bounding box of some points, as its lowest and its highest corner.
 pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
     let start = points.first().copied().unwrap_or_default();
     points
@@ -81,8 +83,8 @@ pub(crate) fn bounds(points: &[DVec3]) -> [DVec3; 2] {
         .fold([start; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 
-/// A rectangle around two or more polygons in one plane, along an edge of the first; `None` for a
-/// single polygon.
+/// Returns a rectangle around two or more polygons in one plane, along an edge of the first; `None`
+/// for a single polygon.
 fn rectangle<'a>(
     polygons: impl Iterator<Item = &'a ConvexPolygon> + Clone,
 ) -> Option<ConvexPolygon> {
@@ -110,18 +112,20 @@ fn rectangle<'a>(
 /// Outlines of polygons, which are joined in pairs.
 struct Joiner {
     points: Vec<DVec3>,
-    /// The corners of each outline, including corners in the middle of a side; empty where an
-    /// outline was joined to another.
+    /// For each outline, the indices of its corners, including corners in the middle of a side;
+    /// empty where an outline was joined to another.
     loops: Vec<Vec<u32>>,
     normals: Vec<DVec3>,
     members: Vec<Vec<usize>>,
-    /// The outline on the left of each directed edge.
+    /// For each directed edge, given by the indices of its ends, the index of the outline on its
+    /// left.
     left: HashMap<[u32; 2], usize>,
     flatness: Vec<f64>,
 }
 
 impl Joiner {
-    /// Numbers the corners, equal ones alike, and enters all edges in the table.
+    /// Assigns an index to each corner, the same one to equal corners, and enters all edges in the
+    /// table.
     fn new(polygons: &[ConvexPolygon], outlines: &[Vec<DVec3>], flatness: Vec<f64>) -> Self {
         let (mut points, mut numbers) = (Vec::new(), HashMap::new());
         let mut number = |p: &DVec3| {
@@ -148,8 +152,8 @@ impl Joiner {
         }
     }
 
-    /// Joins each outline with at most one neighbour, so that all outlines grow evenly; returns
-    /// whether any was joined.
+    /// Joins each outline with at most one neighbour, so that all outlines grow at the same rate;
+    /// returns whether any was joined.
     fn pass(&mut self) -> bool {
         let mut is_joined = vec![false; self.loops.len()];
         for k in 0..self.loops.len() {
@@ -172,7 +176,8 @@ impl Joiner {
         is_joined.contains(&true)
     }
 
-    /// Finds a neighbour that an outline may be joined with, and the outline of both together.
+    /// Finds a neighbour that outline `k` may be joined with, and the outline of both together;
+    /// `None` if there is no such neighbour.
     fn neighbour(&self, k: usize, is_joined: &[bool]) -> Option<(usize, Vec<u32>)> {
         let own = &self.loops[k];
         let mut tried = None;
@@ -191,8 +196,8 @@ impl Joiner {
         None
     }
 
-    /// The outline of two polygons that share an edge, if both are in one plane and the outline is
-    /// convex; `place` is the index of the shared edge in the first.
+    /// Returns the outline of two polygons that share an edge; `None` unless both are in one plane
+    /// and the outline is convex. `place` is the index of the shared edge in the first.
     fn joined(&self, own: &[u32], place: usize, k: usize, other: usize) -> Option<Vec<u32>> {
         let theirs = &self.loops[other];
         let (n, m) = (own.len(), theirs.len());
@@ -240,14 +245,14 @@ impl Joiner {
     }
 }
 
-/// The edges of an outline.
+/// Returns the directed edges of an outline, as pairs of corner indices.
 fn edges(outline: &[u32]) -> impl Iterator<Item = [u32; 2]> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(|(&a, &b)| [a, b])
 }
 
-/// Twice the signed area of the triangle at a corner, positive where the outline turns left; zero
-/// where it is only rounding.
+/// Returns twice the signed area of the triangle at a corner, positive where the outline turns
+/// left; zero where it is at most the rounding `room`.
 fn turn([a, b, c]: [DVec3; 3], normal: DVec3, room: f64) -> f64 {
     let turn = normal.dot((b - a).cross(c - b));
     let length = (b - a).length() + (c - b).length();
@@ -258,7 +263,7 @@ fn turn([a, b, c]: [DVec3; 3], normal: DVec3, room: f64) -> f64 {
     }
 }
 
-/// The corners without those in the middle of a side.
+/// Returns the corners without those in the middle of a side.
 fn without_flat(corners: &[DVec3], normal: DVec3, room: f64) -> Vec<DVec3> {
     let n = corners.len();
     let turns = |k: &usize| {

@@ -1,5 +1,5 @@
-//! View factors from a point to all facets, and the sunlit part of a facet: both past all
-//! obstructions, and without quadrature.
+//! View factors from a point to all facets, and the sunlit fraction of a facet: both with all
+//! facets as blockers, and without quadrature.
 
 use crate::facets::{Facets, Piece};
 use crate::hull::Hull;
@@ -10,8 +10,8 @@ use linelit_geometry::{DVec3, Margins, Vector3, predicates, stop};
 use linelit_visibility::{Scratch, ShaftQuery};
 use std::f64::consts::FRAC_1_PI;
 
-/// The margin at the point. If the point is on a facet up to rounding, directions to that facet are
-/// only rounding, so the facet hides nothing within this fraction of the way.
+/// The margin near the point. If the point is on a facet up to rounding, rounding alone determines
+/// the directions to that facet, so the facet hides nothing within this fraction of the way.
 const NEAR: Margins = Margins {
     point: 1e-12,
     light: 0.0,
@@ -20,7 +20,7 @@ const NEAR: Margins = Margins {
 /// The view factors from a point to all facets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// The view factor to each facet.
+    /// For each facet, by its index, the view factor from the point to it.
     pub facets: Vec<f64>,
     /// The view factor to the sky: one minus the sum of all others.
     pub sky: f64,
@@ -35,8 +35,8 @@ pub struct Memory {
 }
 
 impl Piece {
-    /// The facet that is seen from the side of the piece on which a point is; `None` in the piece's
-    /// plane, or if that side sends nothing.
+    /// Returns the facet that is seen from the side of the piece on which the point `x` is; `None`
+    /// if the point is in the piece's plane, or if that side sends nothing.
     fn seen_from(&self, x: DVec3) -> Option<usize> {
         let corners = self.polygon.vertices();
         let [a, b, c] = [corners[0], corners[1], corners[2]];
@@ -56,8 +56,8 @@ impl Facets {
     /// F(x, n → j) = 1/π ∫ V cos θ dω over facet j
     /// ```
     ///
-    /// They are exact up to rounding: Lambert's sum over the boundary of the visible part. A point
-    /// that is not finite, or a normal without direction, sees only the sky.
+    /// The view factors are exact up to rounding: they are Lambert's sum over the boundary of the
+    /// visible part. A point that is not finite, or a normal without direction, sees only the sky.
     ///
     /// Among facets that are nearly in one plane, and closer together than the rounding to `f32`,
     /// the corners as given decide which hides the others. The point is lifted along the normal by
@@ -87,7 +87,7 @@ impl Facets {
         row
     }
 
-    /// The view factor from a point to a piece.
+    /// Returns the view factor from a point to a piece, less what other pieces hide.
     fn piece(&self, x: DVec3, n: DVec3, piece: &Piece, memory: &mut Memory) -> f64 {
         stop::check();
         let corners = piece.polygon.vertices();
@@ -105,9 +105,9 @@ impl Facets {
         FRAC_1_PI * region.measure(Measure::Cosine(n))
     }
 
-    /// The fraction of a facet that light from one direction reaches, such as sunlight; the
-    /// direction points towards the sun. It is exact up to rounding, 0 where the facet faces away,
-    /// and the fraction of the lit side if facets have two.
+    /// Returns the fraction of a facet that light from one direction reaches, such as sunlight; the
+    /// direction points towards the sun. The fraction is exact up to rounding, 0 where the facet
+    /// faces away, and the fraction of the lit side if facets have two.
     ///
     /// # Panics
     /// If there is no facet of this number.

@@ -5,10 +5,10 @@ use crate::facets::Piece;
 use linelit_geometry::{ConvexPolygon, DVec3, predicates};
 use linelit_visibility::Occluders;
 
-/// Cuts a polygon with rounded corners into pieces that are exactly flat, and returns their
-/// triangles by corner numbers: one piece if all corners are in one plane, otherwise a triangle
-/// each. The fan of triangles begins at the least corner, so that facets back to back are cut
-/// alike. Triangles without area are left out.
+/// Cuts a polygon with rounded corners into pieces that are exactly flat, and returns each piece
+/// with its triangles, as indices of corners: one piece if all corners are in one plane, otherwise
+/// one for each triangle. The fan of triangles begins at the least corner, so that facets back to
+/// back are cut in the same way. Triangles without area are left out.
 pub(crate) fn flat_pieces(corners: &[DVec3]) -> Vec<(ConvexPolygon, Vec<[usize; 3]>)> {
     let n = corners.len();
     let key = |k: &usize| corners[*k].to_array();
@@ -74,12 +74,12 @@ impl Rounder {
     }
 }
 
-/// The position of a corner after rounding to `f32`.
+/// Returns the position of a corner after rounding to `f32`.
 pub(crate) fn rounded(corner: &DVec3) -> DVec3 {
     corner.as_vec3().as_dvec3()
 }
 
-/// The largest distance by which rounding moves some corners.
+/// Returns the largest distance by which rounding moves some corners.
 pub(crate) fn displacement(corners: &[DVec3]) -> f64 {
     let moved = corners.iter().map(|v| rounded(v).distance(*v));
     moved.fold(0.0, f64::max)

@@ -14,13 +14,13 @@ use std::ops::Range;
 /// The view factors from one facet to all others that are not zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SparseRow {
-    /// The facet that sends.
+    /// The index of the facet that sends.
     pub facet: usize,
-    /// The facets that receive, ascending.
+    /// The indices of the facets that receive, in ascending order.
     pub columns: Vec<u32>,
-    /// The factor to each.
+    /// For each entry of `columns`, the view factor to that facet.
     pub values: Vec<f64>,
-    /// The estimate of the absolute error of each factor.
+    /// For each entry of `columns`, the estimate of the absolute error of the view factor.
     pub errors: Vec<f64>,
     /// The factor to the sky, which no facet receives: one minus the sum of all factors.
     pub sky: f64,
@@ -29,20 +29,21 @@ pub struct SparseRow {
 /// The matrix of view factors in compressed rows, as `scipy.sparse.csr_matrix` expects it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Matrix {
-    /// The factors that are not zero, row after row.
+    /// The view factors that are not zero, row after row.
     pub data: Vec<f64>,
-    /// The column of each factor.
+    /// For each entry of `data`, its column: the index of the facet that receives.
     pub indices: Vec<u32>,
-    /// The index in `data` at which each row begins, and the end of the last row.
+    /// For each row, the index in `data` at which it begins; and, as the last entry, the length of
+    /// `data`.
     pub indptr: Vec<usize>,
-    /// The estimate of the absolute error of each factor.
+    /// For each entry of `data`, the estimate of its absolute error.
     pub error: Vec<f64>,
-    /// The factor from each facet to the sky.
+    /// For each facet, the view factor from it to the sky.
     pub sky: Vec<f64>,
 }
 
 impl Default for Matrix {
-    /// A matrix without rows.
+    /// Returns a matrix without rows.
     fn default() -> Self {
         Self {
             data: Vec::new(),
@@ -65,7 +66,7 @@ impl Matrix {
     }
 }
 
-/// What is found out about all pairs before any is integrated.
+/// The result of examining all pairs before any is integrated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
     /// For each facet, the sum of the weights of its pairs that are partly hidden; these divide the
@@ -78,13 +79,13 @@ pub struct Plan {
 
 /// The number of rows that are computed in parallel before they are handed to the caller.
 const BLOCK: usize = 64;
-/// The largest number of exchanges that are stored for later rows, 24 bytes each; further ones are
-/// computed again.
+/// The largest number of exchanges that are stored for later rows, 24 bytes each; exchanges beyond
+/// that number are computed again.
 const KEPT: usize = 4 << 20;
 /// The fraction of a row's tolerance for pairs without blockers.
 const OPEN: f64 = 0.1;
 
-/// Exchanges that later rows need, each stored in its row with its column.
+/// Exchanges that later rows need, each stored for its row with its column.
 #[derive(Default)]
 struct StoredExchanges {
     rows: BTreeMap<usize, Vec<(u32, Estimate)>>,
@@ -94,8 +95,8 @@ struct StoredExchanges {
 }
 
 impl Facets {
-    /// Examines all pairs before the integration: which of them need no integral over what is
-    /// hidden. The other pairs share the tolerance of their rows.
+    /// Examines all pairs before the integration, to find the pairs that need no integral over what
+    /// is hidden. The other pairs share the tolerance of their rows.
     #[must_use]
     pub fn plan(&self) -> Plan {
         let one = |memory: &mut Memory, i: usize| {
@@ -185,9 +186,9 @@ impl Facets {
     /// [`Facets::between`] meets its own. A row depends neither on the threads nor on the range,
     /// and both directions between two facets are one exchange, divided by the area of each.
     ///
-    /// An exchange within the range is computed once, and exchanges with facets outside of it in
-    /// addition. Four million exchanges are stored, in 100 MB; beyond that, they are computed
-    /// again.
+    /// An exchange between two facets of the range is computed once; exchanges with facets outside
+    /// of the range are computed as well. Four million exchanges are stored, in 100 MB; beyond
+    /// that, they are computed again.
     ///
     /// # Errors
     /// The first error of `each`, which ends the work.
@@ -241,7 +242,7 @@ impl Facets {
         Ok(())
     }
 
-    /// Makes a row from the exchanges of its facet.
+    /// Returns the row that follows from the exchanges of its facet.
     fn sparse(&self, facet: usize, exchanges: &[(u32, Estimate)]) -> SparseRow {
         let area = self.sending_area(facet);
         let factors = || exchanges.iter().map(|(_, exchange)| exchange.over(area));
@@ -286,13 +287,13 @@ impl Facets {
     }
 }
 
-/// A facet's number in 32 bits; there are fewer than 2³² facets.
+/// Converts a facet's index to 32 bits; there are fewer than 2³² facets.
 fn number(facet: usize) -> u32 {
     u32::try_from(facet).unwrap_or(u32::MAX)
 }
 
-/// A coarse approximation of the exchange of two polygons: that of disks of the same area, with
-/// limited cosines.
+/// Returns a coarse approximation of the exchange of two polygons: the exchange of disks of the
+/// same areas, with limited cosines.
 pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
     let between = q.centroid() - p.centroid();
     let square = between.length_squared();
@@ -301,8 +302,9 @@ pub(crate) fn coarse([p, q]: &[ConvexPolygon; 2]) -> f64 {
     small * large * cosines.clamp(0.01, 1.0) / (PI * square + large)
 }
 
-/// The weight of a pair that is partly hidden. The cost grows as the inverse of the tolerance, so
-/// the total cost is least if tolerances are in proportion to square roots.
+/// Returns the weight of a pair that is partly hidden, in proportion to which it receives a part of
+/// the tolerance. The cost grows as the inverse of the tolerance, so the total cost is least if
+/// tolerances are in proportion to square roots.
 fn weight(polygons: &[ConvexPolygon; 2]) -> f64 {
     coarse(polygons).sqrt()
 }

@@ -1,4 +1,4 @@
-//! Whether two polygons see each other past all patches, and what is between them.
+//! Whether patches hide two polygons from each other, and which patches are between the two.
 //!
 //! ```text
 //!           p               patches              q
@@ -33,7 +33,8 @@ pub enum PairOutcome {
     /// Neither facet has a part before the other's plane on a side that faces it.
     #[default]
     Facing,
-    /// A single patch hides everything, or no point of the adaptive rule on either sees the other.
+    /// A single patch hides everything, or no point of the adaptive rule on either polygon sees the
+    /// other.
     Hidden,
     /// No patch is between them.
     Clear,
@@ -62,7 +63,7 @@ pub(crate) struct VisiblePair {
 }
 
 impl Sight {
-    /// The step that determined it.
+    /// The step that determined the exchange.
     pub(crate) fn settled(&self) -> PairOutcome {
         match self {
             Self::FacingAway => PairOutcome::Facing,
@@ -86,9 +87,9 @@ pub(crate) enum Candidates {
 }
 
 impl Facets {
-    /// Finds what two polygons see of each other, each clipped to the part before the other. They
-    /// are in the order of their facets' numbers, and are parts of the patches `own`, which may be
-    /// in either order.
+    /// Finds what two polygons see of each other, each clipped to the part before the other. The
+    /// polygons are in the order of their facets' indices, and are parts of the patches `own`,
+    /// which may be in either order.
     pub(crate) fn sight(
         &self,
         polygons: [ConvexPolygon; 2],
@@ -113,8 +114,8 @@ impl Facets {
         Sight::Visible(Box::new(VisiblePair { polygons, blockers }))
     }
 
-    /// The candidates that overlap the inside of the hull of two polygons, or, with `or_touches`,
-    /// touch its surface.
+    /// Returns those of the candidates that overlap the inside of the hull of two polygons, or,
+    /// with `or_touches`, touch its surface.
     pub(crate) fn patches_between(
         &self,
         [p, q]: &[ConvexPolygon; 2],
@@ -146,8 +147,8 @@ impl Facets {
         between
     }
 
-    /// The tolerance for flatness of two patches: a corner that is less far above or below the
-    /// plane of one of them counts as lying in this plane.
+    /// Returns the tolerance for flatness of two patches: a corner that is less far above or below
+    /// the plane of one of them counts as lying in this plane.
     pub(crate) fn flatness(&self, [a, b]: [usize; 2]) -> f64 {
         self.patches[a].flatness.max(self.patches[b].flatness)
     }
@@ -170,7 +171,8 @@ impl Facets {
         })
     }
 
-    /// The parts of patches that lie before both polygons; the parts that hide most come first.
+    /// Returns the parts of patches that lie before both polygons; the parts that hide most come
+    /// first.
     fn blockers(
         &self,
         [p, q]: &[ConvexPolygon; 2],
@@ -178,7 +180,8 @@ impl Facets {
         between: &[usize],
     ) -> Vec<ConvexPolygon> {
         let middle = p.centroid();
-        // Estimate how much each hides by its solid angle from the middle of the first.
+        // Estimate how much each part hides by its solid angle from the centroid of the first
+        // polygon.
         let size = |polygon: &ConvexPolygon| {
             let to = polygon.centroid() - middle;
             let square = to.length_squared();
@@ -207,8 +210,8 @@ pub(crate) fn sees(
     })
 }
 
-/// The parts of two polygons that lie before the plane of the other, if each has a corner at least
-/// `room` before it.
+/// Returns the parts of two polygons that lie before the plane of the other; `None` unless each
+/// polygon has a corner at least `room` before the other's plane.
 pub(crate) fn before_each_other(
     p: &ConvexPolygon,
     q: &ConvexPolygon,
@@ -232,7 +235,8 @@ pub(crate) fn before_each_other(
     Some([part(p, q)?, part(q, p)?])
 }
 
-/// The part of a patch that lies before all of some polygons.
+/// Returns the part of a patch that lies before the planes of all of some polygons; `None` if there
+/// is none.
 pub(crate) fn before_all(
     patch: &ConvexPolygon,
     polygons: &[&ConvexPolygon],

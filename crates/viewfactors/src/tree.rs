@@ -1,16 +1,16 @@
-//! A binary tree of boxes over any items with boxes: parts and patches are searched by it.
+//! A binary tree of bounding boxes over any items with boxes; parts and patches are searched by it.
 
 use linelit_geometry::{DVec3, stop};
 use std::ops::Range;
 
-/// A box, and the items in it.
+/// The bounding box of some items, and the items.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub low: DVec3,
     pub high: DVec3,
-    /// The range of its items in the tree's order.
+    /// The range of the node's items in [`Tree::order`].
     pub items: Range<usize>,
-    /// The two halves, unless the node holds one item.
+    /// The indices of the two halves; `None` if the node holds one item.
     pub children: Option<[usize; 2]>,
 }
 
@@ -67,8 +67,8 @@ impl Tree {
         number
     }
 
-    /// Calls `each` for all items in leaves whose boxes `holds` accepts, as it accepts all boxes
-    /// above.
+    /// Calls `each` for all items in leaves for whose boxes `holds` returns true, as it has to for
+    /// all boxes above them.
     pub(crate) fn find(&self, holds: impl Fn(DVec3, DVec3) -> bool, mut each: impl FnMut(usize)) {
         let mut waiting = vec![0];
         while let Some(node) = waiting.pop().and_then(|k: usize| self.nodes.get(k)) {

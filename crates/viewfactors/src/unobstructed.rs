@@ -38,7 +38,7 @@ pub(crate) fn exchange(first: &ConvexPolygon, second: &ConvexPolygon) -> (f64, f
     (scale * sum.abs(), scale * (size * ROUNDING + error))
 }
 
-/// The relative error of the integral of two edges by tanh-sinh quadrature with this step size.
+/// The relative rounding error of the integral of two edges by tanh-sinh quadrature.
 const ROUNDING: f64 = 1e-14;
 
 /// Computes `∫∫ ln r ds dt` over the edges from `a` to `b` and from `c` to `d`, and the error of

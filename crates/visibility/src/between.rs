@@ -6,9 +6,9 @@ use crate::occluders::Occluders;
 use crate::shaft::frame::LightCorners;
 use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 
-/// The space between a shading point and a light: their convex hull. A renderer with a hierarchy of
-/// its own asks it which boxes to open, and builds [`Occluders`](crate::Occluders) of the triangles
-/// that it finds there.
+/// The space between a shading point and a light, which is the convex hull of both. A renderer with
+/// a hierarchy of its own asks [`SpaceBetween::may_meet`] which of its boxes to open, and builds
+/// [`Occluders`](crate::Occluders) of the triangles that it finds there.
 ///
 /// ```
 /// use linelit_visibility::geometry::Segment;
@@ -37,24 +37,27 @@ use linelit_geometry::{ConvexPolygon, DVec3, Triangle, Vector3, stop};
 /// ```
 #[derive(Clone, Debug)]
 pub struct SpaceBetween {
-    /// The box around the space.
+    /// The lowest corner of the bounding box of the space; `hi` is the highest.
     lo: DVec3,
     hi: DVec3,
-    /// Planes that bound the space, as normal n and a point o of the plane, n·(p − o) ≥ 0 inside:
-    /// the planes through the shading point and each edge of the light, and the light's own plane.
+    /// The planes that bound the space, each given by a normal n and a point o of the plane such
+    /// that n·(p − o) ≥ 0 for points p of the space: the planes through the shading point and each
+    /// edge of the light, and the light's own plane. The first `count` entries are in use.
     planes: [(DVec3, DVec3); PLANES],
     count: usize,
-    /// The largest absolute coordinate of the box.
+    /// The largest absolute coordinate of the bounding box.
     largest: f64,
 }
 
-/// The largest number of planes: one for each edge of the light, and the light's own. A linear
-/// light needs five: two that face each other, and one for each side of the triangle that it spans
-/// with the point.
+/// The largest number of planes that bound a [`SpaceBetween`]: one for each edge of the light, and
+/// the light's own. A linear light needs five: two that face each other, and one for each side of
+/// the triangle that the light spans with the shading point.
 const PLANES: usize = ConvexPolygon::CAPACITY + 1;
 
-/// The relative rounding error of a point's height over a plane: it is computed with fewer than 64
-/// products and sums of coordinate differences, each rounded to ε/2.
+/// The relative rounding error of the height of a point over one of the planes of a
+/// [`SpaceBetween`]. The height is computed with fewer than 64 products and sums of coordinate
+/// differences, each rounded to ε/2. A triangle farther outside of a plane than this fraction of
+/// the coordinates does not meet the space.
 const ROOM: f64 = 32.0 * f64::EPSILON;
 
 impl SpaceBetween {
@@ -109,8 +112,8 @@ impl SpaceBetween {
     }
 
     /// Whether a box, given by its lowest and highest corner, may hold something that hides a part
-    /// of the light. There are no false negatives; there are a few false positives, for boxes close
-    /// to an edge of the space that no face of it separates from the space.
+    /// of the light. There are no false negatives. There are a few false positives: boxes close to
+    /// an edge of the space that none of the space's planes separates from it.
     ///
     /// Returns true if a coordinate is not a number.
     #[must_use]
@@ -118,7 +121,7 @@ impl SpaceBetween {
         self.may_hold(low.dvec3(), high.dvec3())
     }
 
-    /// The test of [`Self::may_meet`] in `f64`.
+    /// Computes [`Self::may_meet`] for corners in `f64`.
     fn may_hold(&self, low: DVec3, high: DVec3) -> bool {
         let apart = high.cmplt(self.lo) | low.cmpgt(self.hi);
         if apart.any() {
@@ -126,14 +129,16 @@ impl SpaceBetween {
         }
         let largest = low.abs().max(high.abs()).max_element().max(self.largest);
         !self.planes[..self.count].iter().any(|(normal, origin)| {
-            // The corner farthest along the normal.
+            // Compare the corner farthest along the normal, which is inside if any point of the box
+            // is.
             let corner = DVec3::select(normal.cmpge(DVec3::ZERO), high, low);
             let room = ROOM * largest * normal.abs().element_sum();
             normal.dot(corner - *origin) < -room
         })
     }
 
-    /// Whether a triangle meets the space. Touching it counts, up to rounding.
+    /// Whether a triangle, given by its corners, meets the space. A triangle that only touches the
+    /// space counts, up to rounding.
     #[must_use]
     pub fn meets(&self, triangle: [DVec3; 3]) -> bool {
         let mut part = triangle.to_vec();
@@ -158,12 +163,13 @@ impl SpaceBetween {
 }
 
 impl Occluders {
-    /// The triangles that meet the space between a point and a light, by their numbers in the list
-    /// that the occluders were built from, in ascending order, those with holes, too.
+    /// Returns the triangles that meet the space between a point and a light, as ascending indices
+    /// into the list that the occluders were built from. Triangles with holes are among them.
     ///
-    /// These are all triangles there, whether others hide them or not;
-    /// [`Shaft::candidate_triangles`](crate::Shaft::candidate_triangles) are those that shadows
-    /// need. Triangles that were left out when the hierarchy was built are not among them.
+    /// All triangles there are returned, whether other triangles hide them or not;
+    /// [`Shaft::candidate_triangles`](crate::Shaft::candidate_triangles) returns only the triangles
+    /// that determine shadows. Triangles that were left out when the hierarchy was built are not
+    /// returned.
     ///
     /// ```
     /// use linelit_visibility::Occluders;
@@ -184,7 +190,7 @@ impl Occluders {
             }
             false
         });
-        // Triangles that were split are in several leaves.
+        // A triangle is in several leaves if it was split.
         found.sort_unstable();
         found.dedup();
         found
@@ -192,12 +198,12 @@ impl Occluders {
 }
 
 impl Occluders {
-    /// Looks at the triangles in one part of space until `is_wanted` says yes to one, and returns
-    /// whether it did.
+    /// Calls `is_wanted` for the triangles in one part of space until it returns true for one of
+    /// them, and returns whether it did.
     ///
-    /// `may_hold` gets the lowest and the highest corner of a box, and says whether triangles in it
-    /// are wanted; `is_wanted` gets the number and the corners of each triangle in a box that is,
-    /// some of them more than once.
+    /// `may_hold` receives the lowest and the highest corner of a box, and says whether triangles
+    /// in that box are wanted. `is_wanted` receives the index and the corners of each triangle in
+    /// such a box; some triangles are passed more than once.
     pub fn any_triangle(
         &self,
         may_hold: impl Fn(DVec3, DVec3) -> bool,

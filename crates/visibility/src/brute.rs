@@ -1,6 +1,6 @@
-//! The oracle: every triangle against every line in `f64`, without a hierarchy. It is slow and
-//! plain. Tests compare with it, and queries fall back on it for lines whose coordinates the
-//! kernels cannot represent.
+//! The brute-force oracle, which tests every triangle against every line in `f64`, without a
+//! hierarchy. It is slow and plain. Tests compare with it, and queries fall back on it for lines
+//! whose coordinates the kernels cannot represent.
 
 use crate::bvh::{Bvh, FAR};
 use linelit_elementary::{exp2, log2};
@@ -10,9 +10,10 @@ use linelit_geometry::{
 };
 use std::ops::Range;
 
-/// The visible intervals of a line from a point, past all triangles but those in `exclude`.
-/// `margins` say how close to the point and to the line a triangle hides nothing, as fractions of
-/// the way between the two.
+/// Returns the intervals of a line that are visible from `point`, that is, not hidden by any
+/// triangle except for those with indices in `exclude`, as parameters of the line in ascending
+/// order. `margins` say how close to the point and to the line a triangle hides nothing, as
+/// fractions of the way between the two.
 #[must_use]
 pub fn visible(
     positions: &[[f32; 3]],
@@ -48,20 +49,21 @@ fn pieces(set: &IntervalTree) -> Vec<Interval> {
     out
 }
 
-/// A line shorter than this fraction of its distance is seen as a point: coordinates along its
-/// shadow triangle lose more than 1e-10 to cancellation.
+/// The length of a line, as a fraction of its distance, below which it is handled as a point:
+/// coordinates in the triangle that it spans with the shading point lose more than 1e-10 to
+/// cancellation then.
 const POINT_LIKE: f64 = 1e-6;
 
-/// The visible parts of a line past all triangles.
+/// The parts of a line that no triangle of a hierarchy hides.
 pub(crate) struct PastAll {
     pub(crate) parts: Vec<Interval>,
-    /// Whether the line is so short for its distance that it is seen as [a point](POINT_LIKE); the
-    /// parts are rough then.
+    /// Whether the line is so short for its distance that it is handled as [a point](POINT_LIKE);
+    /// `parts` are inaccurate then.
     pub(crate) point_like: bool,
 }
 
-/// The visible parts of a line past all triangles of a hierarchy, at any distance and scale; `None`
-/// for a line that the point lies on, or sees end on.
+/// Returns the parts of a line that no triangle of a hierarchy hides, at any distance and scale;
+/// `None` if the shading point lies on the line or sees it end on.
 pub(crate) fn past_all(
     bvh: &Bvh,
     point: DVec3,
@@ -91,7 +93,7 @@ pub(crate) fn past_all(
     })
 }
 
-/// A line as seen from a point, to be tested against triangles of a hierarchy one by one.
+/// A line as seen from a shading point, to be tested against triangles of a hierarchy one by one.
 pub(crate) struct LineView<'a> {
     bvh: &'a Bvh,
     point: DVec3,
@@ -100,13 +102,13 @@ pub(crate) struct LineView<'a> {
     /// nothing, chosen so that the line's coordinates are near one and products of them cannot
     /// overflow.
     unit: f64,
-    /// Whether the line is seen as a point: see [`PastAll`].
+    /// Whether the line is handled as a point: see [`POINT_LIKE`].
     pub(crate) point_like: bool,
 }
 
 impl<'a> LineView<'a> {
-    /// Scales the line to a size near one; `None` for a line that the point lies on, or sees end
-    /// on.
+    /// Prepares a line for tests, scaled to a size near one; `None` if the point lies on the line
+    /// or sees it end on.
     pub(crate) fn new(
         bvh: &'a Bvh,
         point: DVec3,
@@ -127,7 +129,8 @@ impl<'a> LineView<'a> {
         })
     }
 
-    /// Where the triangle in slot leaf × 8 + lane crosses the plane of the point and the line.
+    /// Returns the segment in which a triangle crosses the plane of the shading point and the line;
+    /// `None` if it does not cross the plane. The triangle's `slot` is leaf × 8 + lane.
     #[inline]
     pub(crate) fn chord(&self, slot: usize) -> Option<Chord> {
         let leaf = &self.bvh.hierarchy.leaves[slot / 8];

@@ -6,23 +6,23 @@ use linelit_geometry::DVec3;
 use linelit_simd::Isa;
 use std::sync::Arc;
 
-/// A hierarchy of boxes, which clones share, with the numbers that queries on it need.
+/// A hierarchy of boxes, which clones share, with the bounds and sizes that queries on it need.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     pub(crate) hierarchy: Arc<Hierarchy>,
     /// The origin of the hierarchy's coordinates, relative to which vertices were rounded.
     pub(crate) origin: DVec3,
-    /// Largest absolute coordinate relative to the origin.
+    /// The largest absolute coordinate of a vertex relative to the origin.
     pub(crate) extent: f64,
-    /// The value of [`largest_inverse_at`] for that extent.
+    /// The value of [`largest_inverse_at`] for `extent`.
     pub(crate) largest_inverse: f64,
-    /// The number of entries that a depth-first walk may need on its stack.
+    /// The number of entries that the stack of a depth-first walk may need.
     pub(crate) stack_size: usize,
     pub(crate) isa: Isa,
 }
 
 impl Default for Bvh {
-    /// A hierarchy without triangles.
+    /// Returns a hierarchy without triangles.
     fn default() -> Self {
         Self {
             hierarchy: Arc::default(),
@@ -43,7 +43,7 @@ impl Bvh {
         FAR * (self.extent + (point - self.origin).abs().max_element())
     }
 
-    /// Grows a stack so that it suffices for a walk in any order.
+    /// Grows a stack to `stack_size` entries, which suffice for a walk in any order.
     #[inline(always)]
     pub(crate) fn make_room(&self, stack: &mut Vec<u32>) {
         if stack.len() < self.stack_size {
@@ -58,9 +58,10 @@ impl Bvh {
 /// hides the light for all of them, or for none.
 pub(crate) const FAR: f64 = 1024.0;
 
-/// The largest absolute reciprocal of a direction's component that boxes are tested with in a scene
-/// of this size. Smaller components are treated as if they had it: over any distance in `f32` they
-/// move the ray by less than the tests' margin.
+/// Returns, for a scene whose largest absolute coordinate is `size`, the largest absolute
+/// reciprocal of a direction's component that box tests use. A smaller component is treated as the
+/// reciprocal of this limit: over any distance in `f32`, the difference moves the ray by less than
+/// the margin of the tests.
 pub(crate) fn largest_inverse_at(size: f64) -> f64 {
     (1e36 / size).min(1e37)
 }

@@ -4,15 +4,16 @@
 //! Where a segment runs from outside a closed surface to outside of it, it enters as often as it
 //! leaves, so whatever a triangle facing one way hides, one facing the other way hides too. A
 //! *closed mesh* is a set of triangles, connected by their edges, in which every edge belongs to
-//! exactly two, and which can be oriented so that the two run along it in opposite directions. Then
-//! the signs of its triangles' images add up to zero over every point of the light's plane,
-//! whatever the mesh's shape, even if it intersects itself or is inside out. So the images of one
-//! sign may be left out, provided that neither the shading point nor the light is in the mesh's
-//! box.
+//! exactly two triangles, and whose triangles can be oriented so that the two run along each edge
+//! in opposite directions. Project the triangles from the shading point onto the light's plane,
+//! each with a sign for its orientation there. Then the signs of the projections over any point of
+//! the plane add up to zero, whatever the mesh's shape, even if it intersects itself or is inside
+//! out. So the projections of one sign may be left out, provided that neither the shading point nor
+//! the light is in the mesh's bounding box.
 //!
-//! Meshes are found in four parallel steps: [`weld`] gives corners at one position one number;
-//! [`by_corners`] sorts the triangles' sides by their lesser corner; [`connect`] joins the two
-//! triangles of each side in a union–find structure that also stores relative orientations; and
+//! Meshes are found in four parallel steps: [`weld`] gives corners at the same position the same
+//! index; [`by_corners`] sorts the sides of triangles by their lesser corner; [`connect`] joins the
+//! two triangles of each side in a union–find structure that also stores relative orientations; and
 //! [`sets`] counts triangles and edges of each connected set.
 
 use crate::{
@@ -25,11 +26,11 @@ use linelit_simd::Simd;
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// A connected closed mesh: its box, and the range of its triangles' numbers.
+/// The bounding box of a connected closed mesh, and the range of its triangles' indices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClosedMesh {
     bounds: Bounds,
-    /// The least and the largest number of its triangles, as the caller counts.
+    /// The least index of a triangle of the mesh in the caller's list; `last` is the largest.
     first: u32,
     last: u32,
 }
@@ -38,9 +39,9 @@ pub(crate) struct ClosedMesh {
 #[derive(Debug, Default)]
 pub(crate) struct ClosedMeshes {
     pub(crate) meshes: Vec<ClosedMesh>,
-    /// For each triangle in the caller's list zero, or the index of its mesh plus one, with the bit
-    /// [`TURNED`] if its orientation is opposite to the first triangle's; empty if there are no
-    /// meshes.
+    /// For each triangle in the caller's list, zero if it belongs to no closed mesh, or the index
+    /// of its mesh in `meshes` plus one, with the bit [`TURNED`] if its orientation is opposite to
+    /// that of the mesh's first triangle. Empty if there are no meshes.
     pub(crate) of: Vec<u16>,
     /// The triangles that belong to fine surfaces (`surfaces`).
     pub(crate) fine: FineTriangles,
@@ -49,28 +50,29 @@ pub(crate) struct ClosedMeshes {
 /// The triangles that belong to fine surfaces.
 #[derive(Debug, Default)]
 pub(crate) struct FineTriangles {
-    /// The neighbours of each triangle in the caller's list, beyond its sides from corner 0 to 1, 1
-    /// to 2 and 2 to 0: twice the neighbour's number, plus one if both run along the side in the
-    /// same direction. [`EDGE`] for no neighbour or several; [`NONE`] for triangles of no fine
-    /// surface. Empty if there are no fine surfaces.
+    /// For each triangle in the caller's list, its neighbours beyond the sides from corner 0 to 1,
+    /// 1 to 2 and 2 to 0: twice the neighbour's index, plus one if both triangles run along the
+    /// side in the same direction. [`EDGE`] if there is no neighbour or more than one; [`NONE`] if
+    /// the triangle belongs to no fine surface. Empty if there are no fine surfaces.
     pub(crate) sides: Vec<[u32; 3]>,
-    /// Whether each triangle's orientation is opposite to that of its surface's first triangle.
+    /// For each triangle in the caller's list, whether its orientation is opposite to that of its
+    /// surface's first triangle.
     pub(crate) turned: Vec<bool>,
 }
 
-/// The totals of a set of connected triangles, stored at the number of its first triangle.
+/// The totals of a set of connected triangles, stored at the index of the set's first triangle.
 #[derive(Debug, Default)]
 struct Set {
     /// The number of triangles.
     count: AtomicU32,
-    /// The number of sides that no other triangle shares, or that several do; with the bit
-    /// [`ONE_SIDED`] if the triangles cannot be oriented so that neighbours run along their sides
-    /// in opposite directions.
+    /// The number of sides of the set's triangles that no other triangle shares, or that more than
+    /// one other triangle shares; with the bit [`ONE_SIDED`] if the triangles cannot be oriented so
+    /// that neighbours run along their common sides in opposite directions.
     edges: AtomicU32,
 }
 
 impl Set {
-    /// Adds the totals of some triangles.
+    /// Adds the numbers of triangles and of edges of a part of the set.
     fn add(&self, count: u32, edges: u32) {
         self.count.fetch_add(count, Ordering::Relaxed);
         self.edges.fetch_add(edges & !ONE_SIDED, Ordering::Relaxed);
@@ -81,8 +83,8 @@ impl Set {
         self.count.load(Ordering::Relaxed)
     }
 
-    /// Returns the number of sides without exactly one neighbour. For a one-sided set it includes
-    /// [`ONE_SIDED`], and so exceeds every limit.
+    /// Returns the number of sides without exactly one neighbour. For a set that cannot be oriented
+    /// the number includes [`ONE_SIDED`], and so exceeds every limit.
     fn edges(&self) -> u32 {
         self.edges.load(Ordering::Relaxed)
     }
@@ -91,24 +93,26 @@ impl Set {
         self.count() > 0 && self.edges() == 0
     }
 
-    /// Whether it is a fine surface.
+    /// Whether the set is a fine surface.
     fn is_fine(&self) -> bool {
         self.count() >= FINE && self.edges() <= self.count() / MOSTLY
     }
 }
 
-/// The bit of a triangle with the orientation opposite to that of its mesh's first triangle.
+/// The bit of a triangle's mesh code that says that its orientation is opposite to that of its
+/// mesh's first triangle.
 const TURNED: u16 = 1 << 15;
 
-/// The bit of a side where two orientations of one set meet, as on a Möbius strip.
+/// The bit of a set's number of edges, or of a neighbour, that says that two opposite orientations
+/// of the set meet there, as on a Möbius strip.
 const ONE_SIDED: u32 = 1 << 31;
 
 /// The number of positions or triangles that one parallel task handles.
 const AT_ONCE: usize = 1 << 14;
 
 /// A union–find forest over triangles that several threads may extend at once. Each triangle refers
-/// to an earlier triangle of its set, or to itself if it is the root; the last bit says whether its
-/// orientation is opposite to the one that it refers to.
+/// to an earlier triangle of its set, or to itself if it is the root; the last bit of a reference
+/// says whether the two triangles have opposite orientations.
 ///
 /// Since references only lead to earlier triangles, the root of a set is always its first triangle.
 /// So the result does not depend on the order in which threads join triangles.
@@ -136,7 +140,8 @@ impl Connected {
     }
 
     /// Joins the sets of two triangles; `turned` says whether their orientations are opposite.
-    /// Returns false if they were in one set already, with the other relative orientation.
+    /// Returns false if the triangles were in one set already, but with the other relative
+    /// orientation.
     fn join(&self, i: u32, j: u32, turned: bool) -> bool {
         loop {
             let ((i, ti), (j, tj)) = (self.root(i), self.root(j));
@@ -155,7 +160,8 @@ impl Connected {
     }
 }
 
-/// The bits of a position; minus zero counts as zero.
+/// Returns the bits of a position's coordinates, by which equal positions are recognized; minus
+/// zero counts as zero.
 fn bits(position: [f32; 3]) -> [u32; 3] {
     position.map(|x| (x + 0.0).to_bits())
 }
@@ -200,14 +206,16 @@ fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     })
 }
 
-/// A side of a triangle, packed for sorting: the greater corner in the upper half, then a bit for
-/// the direction; in the lower half the triangle's number, and in the last two bits which of its
-/// sides it is. Sides are stored with their lesser corner.
+/// A side of a triangle, packed into 64 bits for sorting: the greater corner in the upper half,
+/// followed by a bit for the direction; in the lower half the triangle's index, and in the last two
+/// bits which of its sides it is. The lesser corner is not included; it is the key under which
+/// sides are stored.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side(u64);
 
 impl Side {
-    /// The three sides of a triangle, each after its lesser corner.
+    /// Returns the three sides of a triangle, each as a pair of its lesser corner and the packed
+    /// side.
     fn all(id: u32, [a, b, c]: [u32; 3]) -> [(u32, Self); 3] {
         let side = |k: u32, v: u32, w: u32| {
             let other = v.max(w) << 1 | u32::from(v > w);
@@ -219,21 +227,21 @@ impl Side {
         [side(0, a, b), side(1, b, c), side(2, c, a)]
     }
 
-    // The number of the triangle.
+    // The index of the triangle.
     #[allow(clippy::cast_possible_truncation, reason = "the lower half")]
     fn id(self) -> u32 {
         self.0 as u32 >> 2
     }
 
-    // Which of the triangle's sides it is.
+    // Which of the triangle's three sides it is: 0, 1 or 2.
     fn number(self) -> usize {
         (self.0 & 3) as usize
     }
 }
 
-/// Sorts the sides of triangles by their lesser corners: a counting sort in parallel. Returns for
-/// each corner where its sides end in the list, and the list; the order of one corner's sides is
-/// arbitrary.
+/// Sorts the sides of triangles by their lesser corners, by a counting sort in parallel. Returns a
+/// list that says for each corner where its sides end in the sorted list, and the sorted list; the
+/// order of the sides of one corner is arbitrary.
 fn by_corners(
     sides: &(impl Fn(usize) -> Option<[(u32, Side); 3]> + Sync),
     triangles: usize,
@@ -274,9 +282,9 @@ fn by_corners(
     (ends, list)
 }
 
-/// Joins triangles along the sides that belong to exactly two, and returns each triangle's
-/// neighbours, as in [`FineTriangles::sides`], with [`ONE_SIDED`] where a set meets itself in the
-/// other orientation.
+/// Joins triangles along the sides that belong to exactly two triangles. Returns each triangle's
+/// neighbours as in [`FineTriangles::sides`], with the bit [`ONE_SIDED`] where a set meets itself
+/// in the opposite orientation.
 fn connect(
     ends: &[AtomicU32],
     list: &[AtomicU64],
@@ -312,7 +320,8 @@ fn connect(
     (connected, beyond)
 }
 
-/// Computes the totals of each set of connected triangles, at the number of its first triangle.
+/// Computes the totals of each set of connected triangles, and stores them at the index of the
+/// set's first triangle.
 fn sets(connected: &Connected, beyond: &[[AtomicU32; 3]], kept: &[bool]) -> Vec<Set> {
     let sets = pool::collect(kept.len(), AT_ONCE, &|_| Set::default());
     pool::stretches(kept.len(), AT_ONCE, &|ids| {
@@ -341,7 +350,7 @@ impl ClosedMeshes {
     /// Finds the closed meshes and the fine surfaces among the triangles for which `kept` is true.
     pub(crate) fn find(geometry: &Geometry<'_>, kept: &[bool]) -> Self {
         let (places, triangles) = (geometry.positions.len(), kept.len());
-        // Numbers share 32 bits with flags, and sides are counted in 32 bits.
+        // Triangle indices share 32 bits with flags, and sides are counted in 32 bits.
         if places >= 1 << 31 || triangles >= 1 << 29 || triangles == 0 {
             return Self::default();
         }
@@ -396,7 +405,7 @@ impl ClosedMeshes {
         found
     }
 
-    /// Finds the box and the range of triangle numbers of each mesh.
+    /// Finds the bounding box and the range of triangle indices of each mesh.
     fn measure(&mut self, geometry: &Geometry<'_>) {
         let of = &self.of;
         let runs = pool::stretches(of.len(), AT_ONCE, &|ids| {
@@ -428,7 +437,7 @@ impl ClosedMesh {
         last: 0,
     };
 
-    /// Extends this by another part of the mesh.
+    /// Extends the box and the range of indices by another part of the same mesh.
     fn take(&mut self, other: &Self) {
         self.bounds.extend(&other.bounds);
         self.first = self.first.min(other.first);
@@ -436,28 +445,31 @@ impl ClosedMesh {
     }
 }
 
-/// Cached answers to whether a closed mesh is clear of both ends of the current shaft.
+/// Cached answers, for the current shaft, to whether a closed mesh has neither the shading point
+/// nor the light in its bounding box, so that its back faces can be left out.
 #[derive(Debug, Default)]
 pub(crate) struct ClearOfMesh {
-    /// For each mesh, twice the number of the shaft that the answer is for, plus one if it is
-    /// clear.
+    /// For each mesh, twice the number of the shaft for which the answer was computed, plus one if
+    /// the mesh is clear of both ends of that shaft.
     known: Vec<u32>,
     shaft: u32,
 }
 
-/// Finds the triangles of closed meshes that a shaft can leave out, since others hide as much.
+/// The filter that finds the triangles of closed meshes that a shaft can leave out, since triangles
+/// that face the other way hide as much.
 #[derive(Debug)]
 pub(crate) struct BackfaceFilter<'a> {
     meshes: &'a [ClosedMesh],
-    /// The mesh codes of the triangles in each leaf, as in [`ClosedMeshes::of`].
+    /// For each leaf, the mesh codes of its triangles, as in [`ClosedMeshes::of`].
     of: &'a [[u16; 8]],
     clear_of: &'a mut ClearOfMesh,
     point: DVec3,
-    /// The light's box, and how far a mesh has to be from the box and from the point.
+    /// The lowest and the highest corner of the light's bounding box, and the distance that a mesh
+    /// has to have from that box and from the shading point.
     lo: DVec3,
     hi: DVec3,
     margin: f64,
-    /// Excluded triangles: first and number.
+    /// The excluded triangles: the index of the first, and how many.
     exclude: (u32, u32),
 }
 
@@ -502,8 +514,9 @@ impl<'a> BackfaceFilter<'a> {
         !self.meshes.is_empty()
     }
 
-    /// The meshes of a leaf's triangles in the form that [`Self::left_out`] expects: the mesh's
-    /// index plus one, with the highest bit set for turned triangles; zero for none.
+    /// Returns the mesh codes of a leaf's triangles in the form that [`Self::left_out`] expects:
+    /// the mesh's index plus one, with the highest bit set for turned triangles; zero for triangles
+    /// of no mesh.
     #[inline(always)]
     pub(crate) fn codes(&self, leaf: usize) -> [u32; 8] {
         let mut codes = [0; 8];
@@ -516,9 +529,11 @@ impl<'a> BackfaceFilter<'a> {
         codes
     }
 
-    /// Returns a bit for each triangle to leave out: triangles whose mesh is clear of the shaft's
-    /// ends, and whose image, in the mesh's orientation, is negative. `negative` and `positive` are
-    /// the triangles whose images, in their own orientation, surely have that sign.
+    /// Returns a bit for each triangle of a leaf to leave out: the triangles whose mesh contains
+    /// neither end of the shaft, and whose projection onto the light is clockwise in the mesh's
+    /// orientation. `codes` are the mesh codes of the triangles; `negative` and `positive` are the
+    /// masks of the triangles whose projections, in their own orientation, are surely clockwise or
+    /// counter-clockwise.
     #[inline(always)]
     pub(crate) fn left_out<S: Simd>(
         &mut self,
@@ -527,10 +542,11 @@ impl<'a> BackfaceFilter<'a> {
         negative: u8,
         positive: u8,
     ) -> u8 {
-        // Back faces are negative images, or positive ones of turned triangles.
+        // Back faces have clockwise projections, or counter-clockwise ones if the triangle is
+        // turned.
         let turned = s.in_range(codes, 1 << 31, 1 << 31);
         let closed = s.in_range(codes, 1, u32::MAX);
-        // Leave out those whose mesh is clear.
+        // Leave out the back faces whose mesh is clear of both ends of the shaft.
         let mut back = closed & (turned & positive | !turned & negative);
         let mut out = 0;
         while back != 0 {
@@ -548,15 +564,15 @@ impl<'a> BackfaceFilter<'a> {
         out
     }
 
-    /// Computes and caches whether neither end of the shaft is in the mesh's box, and no triangle
-    /// of it is excluded.
+    /// Computes and caches whether neither end of the shaft is in the mesh's bounding box, and no
+    /// triangle of the mesh is excluded.
     #[inline(never)]
     fn stands_clear(&mut self, index: usize) -> bool {
         let mesh = &self.meshes[index];
         let lo = DVec3::from(mesh.bounds.lo.map(f64::from)) - self.margin;
         let hi = DVec3::from(mesh.bounds.hi.map(f64::from)) + self.margin;
         let is_clear = |from: DVec3, to: DVec3| !(from.cmple(hi).all() && lo.cmple(to).all());
-        // A mesh of which triangles are excluded is not closed any more.
+        // A mesh of which some triangles are excluded is not closed any more.
         let (start, count) = self.exclude;
         let whole = count == 0 || mesh.last < start || mesh.first >= start.saturating_add(count);
         let clear = whole && is_clear(self.point, self.point) && is_clear(self.lo, self.hi);

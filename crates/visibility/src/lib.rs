@@ -41,13 +41,13 @@
 //! Interval ends are computed in `f64` throughout; `f32` only rejects what cannot change a result.
 //! The ends agree with a brute-force oracle ([`brute::visible`]) to 1e-9 of the line, typically to
 //! 1e-12, and the tests check this. A line through a closed surface is hidden wholly: two triangles
-//! evaluate the edge that they share by the same expression, to the bit. Geometry within the
-//! query's [`Margins`](linelit_geometry::Margins) of the shading point or of the light hides
-//! nothing; the margins may be zero.
+//! evaluate the edge that they share by the same expression, with identical results. Geometry
+//! within the query's [`Margins`](linelit_geometry::Margins) of the shading point or of the light
+//! hides nothing; the margins may be zero.
 //!
 //! Kernels exist for AVX-512, AVX2 and plain Rust and are chosen at run time ([`InstructionSet`]).
-//! Intervals, hits, classes and work [`Counters`] are the same on all of them, to the bit. There
-//! are no kernels for NEON: those processors run the plain ones.
+//! Intervals, hits, classes and work [`Counters`] are bit-identical on all of them. There are no
+//! kernels for NEON: those processors run the plain ones.
 //!
 //! # Example
 //!

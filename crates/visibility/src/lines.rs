@@ -9,10 +9,10 @@ use linelit_geometry::intervals::{Interval, VisibleSet};
 /// intervals are disjoint and ascend.
 #[derive(Clone, Debug, Default)]
 pub struct VisibleLines {
-    /// The first `filled` entries are in use.
+    /// The visible intervals of all lines; the first `filled` entries are in use.
     intervals: Vec<Interval>,
     filled: usize,
-    /// The range in `intervals` of each line.
+    /// For each line, the range of its intervals in `intervals`.
     spans: Vec<(usize, usize)>,
 }
 
@@ -35,7 +35,8 @@ impl VisibleLines {
         self.spans.is_empty()
     }
 
-    /// The visible intervals of line `i`; none if it is hidden or there is no such line.
+    /// Returns the visible intervals of line `i`: an empty slice if the line is hidden or does not
+    /// exist.
     #[inline]
     #[must_use]
     pub fn line(&self, i: usize) -> &[Interval] {
@@ -44,7 +45,7 @@ impl VisibleLines {
             .map_or(&[], |&(start, end)| &self.intervals[start..end])
     }
 
-    /// The visible fraction of line `i`.
+    /// Returns the visible fraction of line `i`, between 0 and 1.
     #[inline]
     #[must_use]
     pub fn fraction(&self, i: usize) -> f64 {
@@ -62,7 +63,7 @@ impl VisibleLines {
         self.reset(0);
     }
 
-    /// Appends the lines of another set.
+    /// Appends the lines of another set, with their intervals.
     pub fn append(&mut self, other: &Self) {
         for line in 0..other.len() {
             self.spans.push((self.filled, self.filled));
@@ -78,8 +79,8 @@ impl VisibleLines {
         self.spans.resize(count, (0, 0));
     }
 
-    /// Sets the visible intervals of a line. The iterator yields lower ends, upper ends, and
-    /// whether the interval counts.
+    /// Sets the visible intervals of a line. The iterator yields, for each candidate interval, its
+    /// lower end, its upper end, and whether it is to be stored.
     #[inline(always)]
     pub(crate) fn put(
         &mut self,
@@ -91,7 +92,7 @@ impl VisibleLines {
             self.grow(start + intervals.len());
         }
         let mut end = start;
-        // Without a branch: an interval that does not count is overwritten by the next.
+        // Without a branch: an interval that is not to be stored is overwritten by the next.
         for (lo, hi, counts) in intervals {
             self.intervals[end] = Interval { lo, hi };
             end += usize::from(counts);

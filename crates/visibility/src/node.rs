@@ -3,28 +3,29 @@
 
 use crate::build::Bounds;
 
-/// The largest number of triangles in a shaft that is not dense. In a dense shaft, lines walk the
-/// hierarchy themselves, a few at a time. Whether a shaft is dense depends on the geometry alone,
-/// so that results do not depend on the machine; see `docs/decisions/010-dense-shafts.md`.
+/// The largest number of triangles between a point and a light that are stored. A shaft with more
+/// triangles is dense: its lines walk the hierarchy themselves, a few at a time. Whether a shaft is
+/// dense depends on the geometry alone, so that results do not depend on the machine; see
+/// `docs/decisions/010-dense-shafts.md`.
 pub(crate) const DENSE: usize = 224;
 
-/// Eight boxes side by side, and what is in them.
+/// A node of the hierarchy: eight boxes, and a reference to what each of them holds.
 ///
-/// Boxes are relative to the hierarchy's origin and hold their triangles exactly: every vertex is
-/// an `f32` relative to that origin without rounding.
+/// Boxes are relative to the hierarchy's origin and enclose their triangles without rounding, since
+/// every vertex is stored as an `f32` relative to that origin.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Lower x, y, z, then upper x, y, z of the eight boxes.
+    /// The rows of the lower x, y and z, then of the upper x, y and z, of the eight boxes.
     pub(crate) bounds: [[f32; 8]; 6],
-    /// The contents of each box: the number of a [`Child`].
+    /// The contents of each box, as the 32 bits of a [`Child`].
     pub(crate) child: [u32; 8],
     /// A bit for each box in use.
     pub(crate) valid: u8,
     /// A bit for each box that holds a leaf.
     pub(crate) leaf: u8,
-    /// A bit for each box that holds more than [`DENSE`] triangles, so that a shaft around it is
-    /// dense.
+    /// A bit for each box that holds more than [`DENSE`] triangles, so that a shaft that contains
+    /// the box is dense.
     pub(crate) dense: u8,
     /// A bit for each box that holds a triangle of a fine surface.
     pub(crate) fine: u8,
@@ -41,7 +42,7 @@ impl Node {
         }
     }
 
-    /// Replaces the box in `lane`.
+    /// Replaces the box in `lane` by `bounds`.
     pub(crate) fn set_bounds(&mut self, lane: usize, bounds: &Bounds) {
         let rows = bounds.lo.iter().chain(&bounds.hi);
         for (row, x) in self.bounds.iter_mut().zip(rows) {
@@ -49,14 +50,14 @@ impl Node {
         }
     }
 
-    /// The lanes in use.
+    /// Returns the lanes that hold a box.
     pub(crate) fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
         let valid = self.valid;
         (0..8).filter(move |lane| valid >> lane & 1 != 0)
     }
 
     /// Returns the node with its children's indices shifted, for a list in which `nodes` nodes and
-    /// `leaves` leaves precede the ones that this node refers to.
+    /// `leaves` leaves precede those of the part of the hierarchy that the node belongs to.
     pub(crate) fn renumbered(mut self, nodes: usize, leaves: usize) -> Self {
         for lane in self.lanes() {
             let old = Child(self.child[lane]);
@@ -70,8 +71,9 @@ impl Node {
     }
 }
 
-/// A reference to a node or a leaf, in 32 bits: for a node its index; for a leaf a high bit, the
-/// leaf's index, and in the last three bits the number of its triangles minus one.
+/// A reference to a node or a leaf, in 32 bits. For a node it is the index; for a leaf the highest
+/// bit is set, followed by the leaf's index and, in the last three bits, the number of the leaf's
+/// triangles minus one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Child(pub(crate) u32);
@@ -109,13 +111,14 @@ impl Child {
         }
     }
 
-    /// The index of a reference that is known to be to a leaf.
+    /// The index of the leaf, for a reference that is known to be to a leaf.
     #[inline(always)]
     pub(crate) fn leaf_index(self) -> usize {
         ((self.0 & !Self::LEAF) >> 3) as usize
     }
 
-    /// The slots of a leaf's triangles, by which they are known in this crate: leaf × 8 + lane.
+    /// The slots of a leaf's eight lanes, leaf × 8 + lane. This crate refers to triangles by their
+    /// slots.
     #[inline(always)]
     pub(crate) fn slots(self) -> [u32; 8] {
         let first = self.0 & !Self::LEAF & !7;
@@ -144,9 +147,9 @@ impl Child {
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
     /// The rows x, y, z of vertex 0, then of vertices 1 and 2, relative to the hierarchy's origin.
-    /// Lanes that are not in use repeat the first.
+    /// Lanes that are not in use repeat the first triangle.
     pub(crate) vertices: [[f32; 8]; 9],
-    /// The triangles' numbers in the caller's list.
+    /// The triangles' indices in the caller's list.
     pub(crate) id: [u32; 8],
 }
 

@@ -18,11 +18,11 @@ use std::sync::Arc;
 ///
 /// Vertices are stored as `f32`. Vertices given as `f32` are stored exactly: no query moves or
 /// rounds them. Vertices given as `f64` ([`Occluders::build_with`], [`Occluders::refit`]) are
-/// rounded once, relative to an [origin](Occluders::origin) in their middle; points and lights stay
-/// `f64`, and are in the coordinates that the vertices were given in. Triangles that can hide
-/// nothing (a vertex that is not finite, an index out of range, two vertices at the same position)
-/// are left out and counted. Triangles with three distinct vertices on one line stay: they hide
-/// next to nothing, but keep the seam between their neighbours closed.
+/// rounded once, relative to an [origin](Occluders::origin) near the centre of their bounding box;
+/// points and lights stay `f64`, and are in the coordinates in which the vertices were given.
+/// Triangles that can hide nothing (a vertex that is not finite, an index out of range, two
+/// vertices at the same position) are left out and counted. Triangles with three distinct vertices
+/// on one line stay: they hide next to nothing, but keep the seam between their neighbours closed.
 ///
 /// In addition to solid triangles, there may be triangles into which a filter cuts holes
 /// ([`Occluders::with_holes`]). Without them, queries pay no more than a branch for the feature. A
@@ -56,12 +56,13 @@ impl Occluders {
     /// assert_eq!((occluders.left_out(), occluders.out_of_range()), (2, 1));
     /// ```
     ///
-    /// Called in a thread of a rayon pool, it uses that pool's threads; the result is the same to
-    /// the bit. The expected time is n log n for any input. At its peak it needs 97 bytes of memory
-    /// per triangle in addition to the arguments, about 125 on several threads, and some 40 more
-    /// where closed meshes are fine enough that queries use their silhouettes. Building works for
-    /// all finite corners; answers of queries are right for coordinates up to 2⁶⁰, which is the
-    /// limit for scene files too, and answers of rays up to a distance of 1e30 along them.
+    /// Called in a thread of a rayon pool, the function uses that pool's threads; the result is
+    /// bit-identical for any number of threads. The expected time is n log n for any input. The
+    /// peak memory is 97 bytes per triangle in addition to the arguments, about 125 on several
+    /// threads, and some 40 more where closed meshes are fine enough that queries use their
+    /// silhouettes. Building works for all finite corners; answers of queries are right for
+    /// coordinates up to 2⁶⁰, which is the limit for scene files too, and answers of rays up to a
+    /// distance of 1e30 along them.
     ///
     /// # Panics
     /// If there are more than 2²⁸ leaves, which takes at least as many triangles.
@@ -71,11 +72,11 @@ impl Occluders {
     }
 
     /// Builds a hierarchy for rays alone, without the data about closed and fine meshes that only
-    /// shafts use: these are a third of the memory, and take more than a third of the time.
+    /// shafts use: these are a third of the memory, and more than a third of the building time.
     ///
-    /// Rays get the same answers, to the bit. Shafts can be queried too, but test more triangles:
-    /// back faces of closed meshes are not left out, there are no silhouettes, and the ends of
-    /// intervals past more than 224 triangles agree up to rounding.
+    /// Rays get bit-identical answers. Shafts can be queried too, but test more triangles: back
+    /// faces of closed meshes are not left out, there are no silhouettes, and where more than 224
+    /// triangles are between a point and a light, the ends of intervals agree up to rounding only.
     #[must_use]
     pub fn build_for_rays(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let options = BuildOptions {
@@ -116,10 +117,10 @@ impl Occluders {
     /// has become finite, or two have met), or if a clone shares the hierarchy, it is built anew.
     /// Triangles with holes stay as they are.
     ///
-    /// Answers are those of a fresh [`Occluders::build`], to the bit, with two exceptions: whether
-    /// a shaft in which nothing is hidden is known to be empty may depend on the tree; and where
-    /// more than 224 triangles are between a point and a light, the ends of intervals agree up to
-    /// rounding, since the tree determines which triangles are tested one by one there.
+    /// Answers are bit-identical to those of a fresh [`Occluders::build`], with two exceptions:
+    /// whether a shaft in which nothing is hidden is classified as empty may depend on the tree;
+    /// and where more than 224 triangles are between a point and a light, the ends of intervals
+    /// agree up to rounding, since the tree determines which triangles are tested one by one there.
     ///
     /// Refitting takes less than half of the time of building, most of it to find closed meshes
     /// again. The farther triangles move from their neighbours, the more boxes overlap, and the
@@ -183,8 +184,8 @@ impl Occluders {
         self.out_of_range = found.out_of_range;
     }
 
-    /// Builds the hierarchy over triangles that another hierarchy has found, such as those
-    /// `SpaceBetween` a point and a light. Their numbers are their positions in the
+    /// Builds the hierarchy over triangles that another hierarchy has found, such as the triangles
+    /// in the `SpaceBetween` a point and a light. Their indices are their positions in the
     /// iterator.
     #[must_use]
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
@@ -222,9 +223,9 @@ impl Occluders {
         self.out_of_range
     }
 
-    /// The point relative to which vertices are stored: on each axis zero, or a middle of the
-    /// vertices that triangles use ([`origin_of_box`](linelit_geometry::origin_of_box), where they
-    /// were not `f32`).
+    /// The point relative to which vertices are stored. On each axis it is zero, or near the centre
+    /// of the bounding box of the vertices that triangles use
+    /// ([`origin_of_box`](linelit_geometry::origin_of_box), if the vertices were not `f32`).
     #[must_use]
     pub fn origin(&self) -> DVec3 {
         self.bvh.origin
@@ -267,13 +268,13 @@ impl Occluders {
         self
     }
 
-    /// Sets the triangles into which `filter` cuts holes, in place of any that were set before. If
+    /// Adds triangles into which `filter` cuts holes, in place of any that were added before. If
     /// `triangles` has triangles with holes itself, those are left out.
     ///
-    /// [`Hit::triangle`](crate::Hit::triangle) and the filter get the numbers of the list that
-    /// `triangles` was built from. To be able to tell solid triangles from those with holes, build
-    /// both hierarchies from one list, and replace in each the triangles of the other kind by ones
-    /// with a corner index that has no position: these are left out, and numbers stay.
+    /// [`Hit::triangle`](crate::Hit::triangle) and the filter receive indices into the list that
+    /// `triangles` was built from. To be able to distinguish solid triangles from those with holes,
+    /// build both hierarchies from one list, and replace in each the triangles of the other kind by
+    /// ones with a corner index that has no position: these are left out, and indices stay.
     #[must_use]
     pub fn with_holes(mut self, triangles: Self, filter: SharedFilter) -> Self {
         let bvh = triangles.bvh;
@@ -282,11 +283,12 @@ impl Occluders {
     }
 }
 
-/// The number of triangles that one parallel task handles.
+/// The number of triangles that one parallel task handles, when triangles are checked before
+/// building.
 const AT_ONCE: usize = 1 << 14;
 
-/// Totals over the triangles that can hide something: their number and their box; and the number of
-/// triangles with a corner index that has no position.
+/// Totals over the triangles that can hide something: their number and their bounding box; and the
+/// number of triangles with a corner index that has no position.
 struct Totals {
     count: usize,
     out_of_range: usize,
@@ -300,7 +302,7 @@ impl Totals {
         bounds: Bounds::EMPTY,
     };
 
-    /// Finds which triangles can hide something (true in the list), and the totals.
+    /// Returns a list that says for each triangle whether it can hide something, and the totals.
     fn find_all(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> (Vec<bool>, Self) {
         let mut kept = vec![false; triangles.len()];
         let parts = pool::stretches_of(&mut kept, AT_ONCE, &|first, kept| {
@@ -309,7 +311,8 @@ impl Totals {
         (kept, parts.into_iter().fold(Self::NONE, Self::and))
     }
 
-    /// Finds which of the first `kept.len()` triangles can hide something, and their totals.
+    /// Finds for each of the first `kept.len()` triangles whether it can hide something, stores
+    /// that in `kept`, and returns the totals over these triangles.
     fn find(positions: &[[f32; 3]], triangles: &[[u32; 3]], kept: &mut [bool]) -> Self {
         let mut found = Self::NONE;
         for (corners, kept) in triangles.iter().zip(kept) {
@@ -347,10 +350,10 @@ fn occludes(positions: &[[f32; 3]], &[a, b, c]: &[u32; 3]) -> Option<[[f32; 3]; 
     (finite && distinct).then_some(t)
 }
 
-/// A point near the middle of the scene from which every coordinate differs by an `f32` without
-/// rounding: on an axis where all coordinates are within a factor of two of each other, their
-/// middle (by Sterbenz' lemma the difference is exact); on other axes zero. This keeps boxes tight
-/// far from the world's origin.
+/// Returns an origin from which every coordinate in the box from `lo` to `hi` differs by an `f32`
+/// without rounding: on an axis where all coordinates are within a factor of two of each other, the
+/// centre of the box (by Sterbenz' lemma the difference is exact); on other axes zero. This keeps
+/// boxes tight far from the world's origin.
 fn exact_origin(lo: [f32; 3], hi: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| {
         let (lo, hi) = (lo[axis], hi[axis]);

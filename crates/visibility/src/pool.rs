@@ -2,7 +2,7 @@
 //!
 //! A library starts no thread: called from a thread of a rayon pool it uses that pool's threads,
 //! and called from any other thread it runs everything there. (Rayon itself, called from outside of
-//! a pool, would start one for all processors.) Results have the same bits however the work is
+//! a pool, would start one for all processors.) Results are bit-identical however the work is
 //! distributed.
 
 use linelit_geometry::stop;
@@ -10,12 +10,12 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use rayon::slice::ParallelSliceMut;
 use std::ops::Range;
 
-/// Whether there are no other threads to use.
+/// Whether the calling thread is the only one that may be used.
 pub(crate) fn is_alone() -> bool {
     rayon::current_thread_index().is_none() || rayon::current_num_threads() == 1
 }
 
-/// Runs both closures, in parallel if there are threads for it.
+/// Runs both closures, in parallel if the pool has threads for that, and returns both results.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
@@ -48,8 +48,8 @@ pub(crate) fn collect<T: Send>(
     }
 }
 
-/// Applies `f` to consecutive ranges of at most `size` numbers that together cover `0..count`;
-/// results are in order.
+/// Divides `0..count` into consecutive ranges of at most `size` numbers, applies `f` to each range,
+/// and returns the results in order.
 pub(crate) fn stretches<T: Send>(
     count: usize,
     size: usize,
@@ -59,8 +59,8 @@ pub(crate) fn stretches<T: Send>(
     collect(count.div_ceil(size), 1, &stretch)
 }
 
-/// Applies `f` to consecutive parts of `items` of at most `size` items, with the index of the first
-/// item of each, and returns the results in order.
+/// Divides `items` into consecutive slices of at most `size` items, applies `f` to each slice and
+/// the index of its first item, and returns the results in order.
 pub(crate) fn stretches_of<T: Send, R: Send>(
     items: &mut [T],
     size: usize,

@@ -14,12 +14,13 @@ pub(crate) struct Rounded<'a> {
 /// The number of triangles or vertices that one parallel task handles.
 const AT_ONCE: usize = 1 << 14;
 
-/// The number of triangles, at most, whose sides the median length is taken from.
+/// The largest number of triangles in the sample whose sides determine the median length of a side.
 const MEASURED: usize = 1 << 12;
 
 impl<'a> Rounded<'a> {
-    /// Rounds the vertices; vertices that are `f32` already are borrowed as they are. The origin is
-    /// that of the box around the vertices that triangles use ([`origin_of_box`]).
+    /// Rounds the vertices to `f32` relative to an origin; vertices that are `f32` already are
+    /// borrowed as they are. The origin is computed from the bounding box of the vertices that
+    /// triangles use ([`origin_of_box`]).
     pub(crate) fn new<V: Vector3 + Copy + Sync>(
         positions: &'a [V],
         triangles: &[[u32; 3]],
@@ -40,7 +41,7 @@ impl<'a> Rounded<'a> {
         let boxes = boxes.into_iter();
         let [low, high] = boxes.fold(EMPTY, |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let origin = origin_of_box(low, high);
-        // Round all vertices, and measure what that does to those that are used.
+        // Round all vertices, and measure by how much that moves those that triangles use.
         let round = |p: DVec3| (p - origin).as_vec3();
         let singles = pool::collect(positions.len(), AT_ONCE, &|k| {
             round(positions[k].dvec3()).to_array()
@@ -63,10 +64,10 @@ impl<'a> Rounded<'a> {
     }
 }
 
-/// The box around no points, as its lowest and highest corner.
+/// The bounding box of no points, as its lowest and highest corner.
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
-/// The corners of a triangle that can hide something, before rounding.
+/// Returns the corners of a triangle before rounding; `None` if the triangle can hide nothing.
 fn corners<V: Vector3 + Copy>(positions: &[V], triangle: &[u32; 3]) -> Option<[DVec3; 3]> {
     let [a, b, c] = triangle.map(|k| positions.get(k as usize).map(|v| v.dvec3()));
     let t = [a?, b?, c?];

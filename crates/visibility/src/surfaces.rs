@@ -2,9 +2,10 @@
 //! node face. Shafts use this to find silhouettes without a visit to every triangle.
 //!
 //! The part of a line that a triangle hides begins at one of the triangle's sides and ends at
-//! another. Nearly everywhere, two neighbours lie on either side of the side that they share, so
-//! that the one's part ends where the other's begins. The number of layers over a line changes only
-//! at sides with both neighbours on one side of them, which are the surface's *silhouette* as seen
+//! another. A *layer* over a point of a line is a triangle that hides the point. Nearly everywhere,
+//! two neighbours lie on either side of the side that they share, so that the part hidden by one
+//! ends where the part hidden by the other begins. The number of layers over a line changes only at
+//! sides with both neighbours on one side of them, which are the surface's *silhouette* as seen
 //! from the shading point, and at the surface's edges:
 //!
 //! ```text
@@ -27,28 +28,30 @@ use linelit_geometry::{DVec3, glam::Vec3};
 use linelit_simd::Simd;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The least number of triangles in a fine surface; triangles of smaller surfaces are tested one by
+/// The least number of triangles in a fine surface. Triangles of smaller surfaces are tested one by
 /// one. See `docs/decisions/015-silhouettes-of-fine-meshes.md`.
 pub(crate) const FINE: u32 = 1024;
 
-/// Surfaces are used only if at most one in `LOOSE` triangles belongs to no fine surface. With
-/// more, all triangles are tested one by one, since the others have to be tested in any case and
-/// hide most silhouettes.
+/// The silhouettes of fine surfaces are used only if at most one in this many triangles of the
+/// scene belongs to no fine surface. With more such triangles, all triangles are tested one by one,
+/// since the triangles outside of fine surfaces have to be tested in any case and hide most
+/// silhouettes.
 pub(crate) const LOOSE: u32 = 8;
 
 /// The least number of triangles per edge (a side without exactly one neighbour) in a fine surface;
 /// triangles of surfaces with more edges are tested one by one.
 pub(crate) const MOSTLY: u32 = 4;
 
-/// The code of the sides of a triangle that belongs to no fine surface.
+/// The code of a neighbour for the sides of a triangle that belongs to no fine surface.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The code of a side with no other triangle beyond it, or with several.
+/// The code of a neighbour for a side beyond which there is no other triangle, or more than one.
 pub(crate) const EDGE: u32 = u32::MAX - 2;
 
-/// The least height of a triangle, as a fraction of its longest side and of a tenth of the scene,
-/// from which the sign of its facing in `f64` is right wherever [`FACING_ROOM`] says that it is
-/// known.
+/// The least height of a triangle, as a fraction of its longest side and of a tenth of the scene's
+/// size, at which the direction that it faces is used. For a higher triangle, the sign computed in
+/// `f64` is right wherever the distance of the shading point from its plane exceeds
+/// [`FACING_ROOM`].
 const LEAST_HEIGHT: f64 = 1e-6;
 
 /// A bound of the rounding error of the distance of a point from a triangle's plane, as a fraction
@@ -60,8 +63,8 @@ pub(crate) const FACING_ROOM: f64 = 1e-5;
 /// The number of leaves that one parallel task handles.
 const AT_ONCE: usize = 1 << 11;
 
-/// The fine surfaces of a hierarchy: for each leaf the neighbours of its triangles, for each node
-/// the bounds of the planes below.
+/// The fine surfaces of a hierarchy, with the neighbours of triangles for each leaf, and bounds of
+/// the planes of triangles for each node.
 #[derive(Debug, Default)]
 pub(crate) struct Surfaces {
     /// For each leaf, the neighbours of its triangles beyond the sides from corner 0 to 1, 1 to 2
@@ -69,12 +72,13 @@ pub(crate) struct Surfaces {
     /// along the side in the same direction. [`EDGE`] where there is no neighbour or several;
     /// [`NONE`] for a triangle of no fine surface.
     pub(crate) sides: Vec<[[u32; 8]; 3]>,
-    /// For each leaf, how its triangles' neighbours are bent away from the triangles: [`bend`].
+    /// For each leaf, how the neighbours of its triangles are bent away from the triangles: see
+    /// [`bend`].
     pub(crate) bends: Vec<Bends>,
-    /// For each node, the facing of its children.
+    /// For each node, bounds of the planes below each of its children.
     pub(crate) facing: Vec<Facing>,
-    /// The ranges of the caller's triangle numbers that belong to surfaces: the first number, and
-    /// the one after the last.
+    /// The ranges of the caller's triangle indices that belong to fine surfaces: the first index of
+    /// each range, and the one after its last.
     ranges: Vec<[u32; 2]>,
 }
 
@@ -82,15 +86,16 @@ pub(crate) struct Surfaces {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Facing {
-    /// Bounds of the unit normals, all of one mesh oriented alike: least x, y, z, then greatest.
+    /// Bounds of the unit normals, after all triangles of one mesh are oriented alike: the rows of
+    /// the least x, y, z, then of the greatest.
     pub(crate) normal: [[f32; 8]; 6],
-    /// The least and the greatest signed distance from the middle of the child's box to the planes,
-    /// along their normals; infinite where it is not known.
+    /// The least and the greatest signed distance from the centre of the child's box to the planes,
+    /// along their normals; infinite where the direction that a triangle faces is not known.
     pub(crate) offset: [[f32; 8]; 2],
 }
 
 impl Facing {
-    /// The facing of children below which there are no triangles of surfaces.
+    /// The facing of a node without triangles of fine surfaces below its children.
     const NOTHING: Self = Self {
         normal: [
             [2.0; 8], [2.0; 8], [2.0; 8], [-2.0; 8], [-2.0; 8], [-2.0; 8],
@@ -98,7 +103,7 @@ impl Facing {
         offset: [[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]],
     };
 
-    /// Extends the facing of the child in `lane` by what some leaves below it contribute.
+    /// Extends the facing of the child in `lane` by the planes of some of the leaves below it.
     fn add(&mut self, lane: usize, way: &Way) {
         for axis in 0..3 {
             let [x, y] = way.normals[axis];
@@ -110,13 +115,13 @@ impl Facing {
     }
 }
 
-/// The facing of one child of a node, accumulated over some of the leaves below it.
+/// The facing of one child of a node, accumulated over some of the leaves below that child.
 struct Way {
     /// The child's slot: node × 8 + lane.
     slot: u32,
-    /// The middle of the child's box.
+    /// The centre of the child's box.
     middle: DVec3,
-    /// Whether the child is a leaf in which all triangles belong to surfaces.
+    /// Whether the child is a leaf in which all triangles belong to fine surfaces.
     is_all_fine: bool,
     /// The bounds of the normals and offsets, as in [`Planes`] and [`Facing`].
     normals: [[f32; 2]; 3],
@@ -124,10 +129,11 @@ struct Way {
 }
 
 impl Way {
-    /// Begins with the facing of a child below which no planes have been seen yet.
+    /// Returns the facing of a child before any plane below it was added.
     fn new(slot: u32, nodes: &[Node]) -> Self {
         let Bounds { lo, hi } = nodes[slot as usize / 8].bounds_of(slot as usize % 8);
-        // The same bits as for eight at a time.
+        // The centre is computed by the same operations as for eight boxes at a time, with
+        // identical results.
         let middle = [0, 1, 2].map(|axis| f64::from((lo[axis] + hi[axis]) * 0.5));
         Self {
             slot,
@@ -138,7 +144,8 @@ impl Way {
         }
     }
 
-    /// Extends the bounds by the planes of a leaf; `None` means that their facing is not known.
+    /// Extends the bounds by the planes of a leaf; `None` means that the facing of a triangle in
+    /// the leaf or of a neighbour is not known, and so neither is that of the child.
     fn add(&mut self, planes: Option<&Planes>) {
         let Some(planes) = planes else {
             self.offset = [f32::NEG_INFINITY, f32::INFINITY];
@@ -156,8 +163,8 @@ impl Way {
     }
 }
 
-/// The unit normal of a triangle in the orientation of its corners; not a number where the triangle
-/// is so thin, for the scene's `size`, that rounding may decide which way it faces.
+/// Returns the unit normal of a triangle in the orientation of its corners; not a number where the
+/// triangle is so thin, for the scene's `size`, that rounding may decide which way it faces.
 fn normal([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
     let normal = (b - a).cross(c - a);
     let squared = normal.length_squared();
@@ -170,19 +177,19 @@ fn normal([a, b, c]: [DVec3; 3], size: f64) -> Vec3 {
     }
 }
 
-/// The planes of a leaf's triangles and of their neighbours.
+/// The planes of a leaf's triangles and of the neighbours of these.
 #[derive(Debug)]
 struct Planes {
     count: usize,
-    /// The rows x, y and z of the normals, and the offsets. Their number is rounded up to a
-    /// multiple of four; the padding repeats the first.
+    /// The rows x, y and z of the normals, and the row of the offsets. The number of planes is
+    /// rounded up to a multiple of four; the padding repeats the first plane.
     rows: [[f64; Self::MOST]; 4],
     /// The least and the greatest component of the normals on each axis.
     normals: [[f32; 2]; 3],
 }
 
 impl Planes {
-    /// Eight triangles, and one beyond each of their sides.
+    /// The capacity for planes: eight triangles, and one neighbour beyond each of their 24 sides.
     const MOST: usize = 32;
 
     const NONE: Self = Self {
@@ -195,8 +202,8 @@ impl Planes {
         (self.count, self.normals) = (0, Self::NONE.normals);
     }
 
-    /// Adds the plane with `normal` through `place`, and returns whether the plane is known (its
-    /// normal is a number).
+    /// Adds the plane with `normal` through the point `place`, and returns whether the plane is
+    /// known, that is, whether its normal is a number.
     fn add(&mut self, normal: Vec3, place: DVec3) -> bool {
         let own = normal.to_array();
         for ((bounds, row), x) in self.normals.iter_mut().zip(&mut self.rows).zip(own) {
@@ -239,23 +246,25 @@ impl Planes {
     }
 }
 
-/// The [bends](bend) of the neighbours beyond the sides of a leaf's triangles.
+/// The [bends](bend) of the neighbours beyond the sides of a leaf's triangles: for each of the
+/// three sides, the bends of the eight triangles.
 pub(crate) type Bends = [[u16; 8]; 3];
 
-/// The bend where it is not known: not a number.
+/// The bend of a neighbour where the bend is not known: not a number.
 const UNKNOWN: u16 = 0x7fc0;
 
-/// The last bit of a bend, set if the neighbour lies within the leaf's box enlarged threefold.
+/// The last bit of a bend, set if the neighbour lies within the box of the triangle's leaf enlarged
+/// threefold.
 pub(crate) const NEAR: u16 = 1;
 
 /// The largest relative error of a bend: it has only the upper half of an `f32`, and the last bit
 /// is not part of the value.
 pub(crate) const BEND_ROOM: f32 = 1.0 / 64.0;
 
-/// Returns how a neighbour is bent away from a triangle's plane beyond one of its sides: the
-/// tangent of the angle between the planes over the side's length, as the upper half of an `f32`.
-/// Not a number if the angle is over 45° or a unit normal is missing. The sign follows the
-/// orientation of the corners.
+/// Returns how a neighbour is bent away from a triangle's plane beyond one of the triangle's sides:
+/// the tangent of the angle between the planes over the side's length, as the upper half of an
+/// `f32`. The result is not a number if the angle is over 45° or a unit normal is missing. The sign
+/// follows the orientation of the corners.
 ///
 /// With N the triangle's normal, e the side's vector, and A the vector from a shading point to the
 /// side, N·A says how far the point is behind the triangle's plane, and N·A + bend N·(A × e) how
@@ -273,9 +282,9 @@ pub(crate) fn bend(side: DVec3, own: Vec3, other: Vec3) -> u16 {
 }
 
 impl Surfaces {
-    /// Collects what queries need of the fine meshes in a finished hierarchy, and marks its nodes.
-    /// The lists of the triangles are freed as soon as the leaves have their data, since memory is
-    /// at its peak then.
+    /// Collects the data about fine meshes that queries on a finished hierarchy need, and marks the
+    /// nodes that hold their triangles. The lists of the triangles are freed as soon as the leaves
+    /// have their data, since memory is at its peak then.
     pub(crate) fn new(
         geometry: &Geometry<'_>,
         FineTriangles { sides, turned }: FineTriangles,
@@ -310,8 +319,8 @@ impl Surfaces {
             })
         });
         drop(turned);
-        // Compute the bends in parallel, and for each stretch of leaves how the nodes above them
-        // face.
+        // Compute the bends in parallel, and for each range of leaves the facing of the nodes above
+        // them.
         let mut bends = vec![[[UNKNOWN; 8]; 3]; leaves.len()];
         let around = Around {
             leaves,
@@ -322,7 +331,8 @@ impl Surfaces {
         let ways = pool::stretches_of(&mut bends, AT_ONCE, &|first, bends| {
             around.ways(first, bends, nodes, [&above_nodes, &above_leaves])
         });
-        // Combine the facings, and mark the children that hold triangles of surfaces, or only such.
+        // Combine the facings of all ranges, and mark the children that hold triangles of surfaces,
+        // or only such triangles.
         let mut facing = vec![Facing::NOTHING; nodes.len()];
         for way in ways.iter().flatten() {
             let (at, lane) = (way.slot as usize / 8, way.slot as usize % 8);
@@ -330,8 +340,8 @@ impl Surfaces {
             nodes[at].fine |= 1 << lane;
             nodes[at].all_fine |= u8::from(way.is_all_fine) << lane;
         }
-        // A node is all fine if all its children are; from the leaves up, as children follow their
-        // parents.
+        // A node is all fine if all its children are; go from the leaves up, as children follow
+        // their parents.
         for at in (1..nodes.len()).rev() {
             let slot = above_nodes[at] as usize;
             let all = nodes[at].all_fine == nodes[at].valid;
@@ -345,8 +355,9 @@ impl Surfaces {
         }
     }
 
-    /// Whether lines may be answered with the silhouettes of surfaces: there are surfaces, and no
-    /// triangle of one is among the `excluded` (the first number, and how many).
+    /// Whether the hidden parts of lines can be found by silhouettes of surfaces: there are
+    /// surfaces, and none of their triangles is `excluded` (the index of the first excluded
+    /// triangle, and how many).
     #[inline]
     pub(crate) fn serve(&self, excluded: (u32, u32)) -> bool {
         let (start, count) = excluded;
@@ -371,7 +382,7 @@ impl Surfaces {
     }
 }
 
-/// The leaves with the neighbours and normals of their triangles.
+/// The leaves of a hierarchy, with the neighbours and normals of their triangles.
 struct Around<'a> {
     leaves: &'a [Leaf],
     sides: &'a [[[u32; 8]; 3]],
@@ -380,9 +391,9 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Computes the bends of a stretch of leaves that begins at `first`, and returns the facing of
-    /// all children that these leaves are in; a child that several stretches share is returned by
-    /// each. `above_nodes` and `above_leaves` are the parent slots of nodes and leaves.
+    /// Computes the bends of a range of leaves that begins at `first`, and returns the facing of
+    /// all children of nodes that these leaves are in; a child that several ranges share is
+    /// returned by each. `above_nodes` and `above_leaves` are the parent slots of nodes and leaves.
     fn ways(
         &self,
         first: usize,
@@ -429,8 +440,8 @@ impl Around<'_> {
     }
 
     /// Computes the bends of one leaf, collects in `around` the planes of its triangles and of
-    /// their neighbours, and returns whether all of these are known. `node` and `lane` are where
-    /// the leaf's box is.
+    /// their neighbours, and returns whether all of these planes are known. `node` and `lane` say
+    /// where the leaf's box is stored.
     fn look(
         &self,
         at: usize,
@@ -484,7 +495,8 @@ impl Around<'_> {
     }
 }
 
-/// Returns the parent slot of each node and each leaf: the node × 8 + lane; [`NONE`] for the root.
+/// Returns, for each node and each leaf, the slot of its parent, which is the parent's index × 8 +
+/// the lane in it; [`NONE`] for the root.
 fn above(nodes: &[Node], leaves: usize) -> (Vec<u32>, Vec<u32>) {
     let mut above = (vec![NONE; nodes.len()], vec![NONE; leaves]);
     for (first, node) in (0_u32..).step_by(8).zip(nodes) {
@@ -500,7 +512,7 @@ fn above(nodes: &[Node], leaves: usize) -> (Vec<u32>, Vec<u32>) {
     above
 }
 
-/// A triangle's corners.
+/// Returns the corners of the triangle in one lane of a leaf.
 fn corners(leaf: &Leaf, lane: usize) -> [DVec3; 3] {
     leaf.triangle(lane).map(|v| DVec3::from(v.map(f64::from)))
 }

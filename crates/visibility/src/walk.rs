@@ -22,26 +22,28 @@ pub(crate) trait NearestFirst<S: Simd> {
     /// What the query remembers about a node or leaf while that waits.
     type Entry: Copy;
 
-    /// Whether a child that was entered at `depth` still matters when its turn comes.
+    /// Whether a child that the query entered at `depth` still matters when it is about to be
+    /// visited.
     fn wants(&self, s: S, depth: f32, entry: Self::Entry) -> bool;
 
-    /// Opens a node: returns a bit for each child that may matter, and the children's depths.
+    /// Opens a node: returns a bit for each child that may matter, and the depths at which the
+    /// query enters the children.
     fn open(&mut self, s: S, node: &Node, entry: Self::Entry) -> (u8, S::F);
 
-    /// What to remember about a child of the node that was opened; `None` if the child does not
-    /// matter.
+    /// Returns what to remember about a child of the node that was opened last; `None` if the child
+    /// does not matter.
     fn entry(&self, s: S, node: &Node, lane: usize) -> Option<Self::Entry>;
 
     /// Tests the triangles of a leaf; [`ControlFlow::Break`] ends the walk.
     fn leaf(&mut self, s: S, child: Child, leaf: &Leaf, entry: Self::Entry) -> ControlFlow<()>;
 }
 
-/// Nodes and leaves that wait, with their depths and what the query remembers about them; the next
-/// is last.
+/// The nodes and leaves that wait to be visited, each with its depth and what the query remembers
+/// about it; the last entry is visited next.
 pub(crate) type Waiting<E> = Vec<(Child, f32, E)>;
 
-/// Visits what `waiting` holds and everything below that matters, the nearest child of each node
-/// first. Returns true if a leaf ended the walk.
+/// Visits the entries of `waiting` and everything below them that matters, the nearest child of
+/// each node first. Returns true if a leaf ended the walk.
 #[inline(always)]
 pub(crate) fn nearest_first<S: Simd, V: NearestFirst<S>>(
     s: S,
@@ -123,7 +125,7 @@ pub(crate) fn in_any_order<S: Simd>(
     }
 }
 
-/// The highest bit of a number that is not zero.
+/// Returns the position of the highest bit that is set in a number that is not zero.
 #[inline(always)]
 pub(crate) fn highest(bits: u8) -> usize {
     (7 - bits.leading_zeros()) as usize

@@ -1,11 +1,12 @@
 //! The visible parts of a line, in two representations with one interface, [`VisibleSet`].
 //!
-//! A line is fully visible at first, as the interval [0, 1]; every occluder clips off an
-//! interval. [`IntervalSet`] stores what is left in a sorted list, which is faster for the handful
-//! of pieces that occur in practice; [`IntervalTree`] stores it in a balanced tree that clips in
+//! A line is fully visible at first, as the interval [0, 1]; every occluder clips off an interval.
+//! [`IntervalSet`] stores the visible pieces in a sorted list, which is faster for the handful of
+//! pieces that occur in practice; [`IntervalTree`] stores them in a balanced tree that clips in
 //! logarithmic time (Billen & Dutré 2016, section 5.2), for thousands of pieces.
 //!
-//! The result does not depend on the order of clips, and both representations agree to the bit.
+//! The result does not depend on the order of clips, and both representations give bit-identical
+//! results.
 
 mod set;
 mod tree;
@@ -13,8 +14,8 @@ mod tree;
 pub use set::IntervalSet;
 pub use tree::IntervalTree;
 
-/// Visible pieces shorter than this fraction of the line are dropped: they are as short as the
-/// rounding errors of the parameters.
+/// The length of a visible piece, as a fraction of the line, below which the piece is dropped,
+/// since it is as short as the rounding errors of the parameters.
 pub const MIN_LENGTH: f64 = 4.0 * f64::EPSILON;
 
 /// A closed interval of line parameters.
@@ -58,7 +59,7 @@ pub trait VisibleSet {
     fn reset(&mut self);
 
     /// Removes the open interval between `lo` and `hi`, and pieces shorter than [`MIN_LENGTH`] that
-    /// this leaves. Does nothing unless `lo < hi`.
+    /// this leaves. The set does not change unless `lo < hi`.
     fn clip(&mut self, lo: f64, hi: f64);
 
     /// Whether no part of the line is visible.

@@ -1,10 +1,10 @@
-//! [`IntervalSet`]: visible pieces in a sorted list.
+//! [`IntervalSet`]: the visible pieces of a line in a sorted list.
 
 use super::{Interval, VisibleSet};
 use smallvec::SmallVec;
 use std::cmp::Ordering;
 
-/// Visible pieces in a sorted list, up to eight of them without allocation.
+/// The visible pieces of a line in a sorted list, up to eight of them without allocation.
 ///
 /// A clip finds its position by bisection and moves the pieces after it: O(log n + n) with a very
 /// small constant.
@@ -50,7 +50,7 @@ impl VisibleSet for IntervalSet {
         if first == last {
             return;
         }
-        // Replace them by what is left of the first and of the last.
+        // Replace them by the parts that are left of the first and of the last of them.
         let left = Interval::new(self.pieces[first].lo, lo);
         let right = Interval::new(hi, self.pieces[last - 1].hi);
         let keep: SmallVec<[Interval; 2]> = [left, right]

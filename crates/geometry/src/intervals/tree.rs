@@ -1,5 +1,5 @@
-//! [`IntervalTree`]: visible pieces in a height-balanced search tree, which clips in logarithmic
-//! time.
+//! [`IntervalTree`]: the visible pieces of a line in a height-balanced search tree, which clips in
+//! logarithmic time.
 #![allow(clippy::disallowed_types, reason = "nodes are kept for the next query")]
 
 use super::{Interval, VisibleSet};
@@ -9,8 +9,8 @@ use std::cmp::Ordering;
 type Link = u32;
 const NIL: Link = u32::MAX;
 
-/// A node of the tree: a visible piece, with the pieces before it on the left and those after it on
-/// the right.
+/// A node of the tree: a visible piece, with the pieces before it in the left subtree and the
+/// pieces after it in the right one.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     piece: Interval,
@@ -19,7 +19,7 @@ struct Node {
     height: u8,
 }
 
-/// Visible pieces in an AVL tree, ordered by position.
+/// The visible pieces of a line in an AVL tree, ordered by position.
 ///
 /// A clip splits the tree at both ends of the clipped interval, drops the middle, and joins the
 /// rest: O(log n) for n pieces, amortised over the dropped nodes. Nodes are stored in one arena
@@ -50,7 +50,7 @@ impl IntervalTree {
         if t == NIL { 0 } else { self.node(t).height }
     }
 
-    /// Makes a node without children, in a free place of the arena if there is one.
+    /// Makes a node without children, in an entry of the arena that is not in use if there is one.
     fn create(&mut self, piece: Interval) -> Link {
         self.count += 1;
         let node = Node {
@@ -169,7 +169,8 @@ impl IntervalTree {
         self.join(rest, last, right)
     }
 
-    /// The piece at one end of a tree: the last on the path that `next` leads.
+    /// Returns the piece at one end of a tree: the last on the path along which `next` leads;
+    /// `None` for an empty tree.
     fn edge(&self, mut t: Link, next: impl Fn(&Node) -> Link) -> Option<Interval> {
         let mut piece = None;
         while t != NIL {

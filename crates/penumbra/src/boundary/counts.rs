@@ -1,8 +1,9 @@
-//! Counting images: how many images of triangles are right of each side. Where it is zero, the side
-//! is boundary.
+//! The count of images, which are projected triangles: how many of them are right of each side.
+//! Where the count is zero, the side is a part of the boundary.
 //!
-//! The count right of one point is determined by a query; from there it changes by a known number
-//! at each event along the side, and is handed on to sides that cross it or continue it.
+//! The count at one point right of a side is determined by a query; from there it changes by a
+//! known number at each event along the side, and is propagated to sides that cross the side or
+//! continue it.
 
 use super::index::Index;
 use super::side::{Event, Extent, Side};
@@ -11,13 +12,14 @@ use crate::bins::Bounds;
 use crate::clip::Start;
 use linelit_geometry::stop;
 
-/// If there are at most this many images next to surfaces, querying them is faster than handing
-/// counts on.
+/// The number of images up to which, in front of surfaces, the count of every side is queried,
+/// because propagating counts is slower.
 const FEW: usize = 32;
 
 impl Penumbra {
-    /// Finds for each side how many images are right of the point where counting starts; false if
-    /// what is on the light does not determine it.
+    /// Finds for each side how many images are right of the point where counting starts. Returns
+    /// false if the decisions on the light alone do not determine the counts, because rounding may
+    /// decide.
     pub(super) fn count(&mut self, extent: Extent) -> bool {
         let lights = self.sides.len() - self.light.len();
         self.unknown = self.sides.iter().filter(|side| side.part.is_some()).count();
@@ -42,8 +44,8 @@ impl Penumbra {
         true
     }
 
-    /// Sets the count of a side, and hands counts on: to the side that continues each side, and to
-    /// sides that cross it.
+    /// Sets the count of a side, and propagates counts: to the side that continues each side, and
+    /// to sides that cross it.
     fn follow(&mut self, i: usize, count: i32, extent: Extent) {
         self.handed.clear();
         self.handed.push((i, count));
@@ -82,14 +84,15 @@ impl Penumbra {
         }
     }
 
-    /// Marks that the count of a side is known or waits in `handed`.
+    /// Marks that the count of the side with index `i` is known or waits in `handed`.
     fn hand(&mut self, i: usize) {
         let side = &mut self.sides[i];
         self.unknown -= usize::from(!side.is_handed);
         side.is_handed = true;
     }
 
-    /// Collects the parts of a side without an image right of them.
+    /// Collects the parts of a side that no image is right of, which are parts of the boundary.
+    /// `count` is the number of images right of the point where counting starts.
     #[inline]
     fn collect_pieces(&mut self, i: usize, mut count: i32) {
         let Some(part) = self.sides[i].part else {
@@ -114,8 +117,8 @@ impl Penumbra {
         }
     }
 
-    /// Hands counts on to the sides that cross a side. At a crossing, the sector that is right of
-    /// both has one count, from which the count of the other follows.
+    /// Propagates counts to the sides that cross the side with index `i`. At a crossing, the sector
+    /// that is right of both sides has one count, from which the count of the other side follows.
     fn count_crossing(&mut self, i: usize, mut count: i32) {
         let side = &self.sides[i];
         let Some(part) = side.part.filter(|_| !side.is_loose) else {
@@ -179,8 +182,8 @@ impl Penumbra {
         Some((i, count))
     }
 
-    /// Stores the number of images right of the edges that cross a side of the light, in the events
-    /// of the crossings.
+    /// Stores, in the events where edges cross a side of the light, the number of images right of
+    /// these edges.
     fn count_beside(&mut self, i: usize, mut count: i32) {
         let edge = &self.sides[i].edge;
         let room = CLOSE * self.unit * edge.extent();
@@ -217,7 +220,7 @@ impl Penumbra {
     }
 
     /// Counts the images just right of the point where counting starts on a side, by testing all
-    /// images near it; `None` if rounding may decide.
+    /// images near the point; `None` if rounding may decide.
     #[inline(never)]
     fn ask(&self, side: &Side) -> Option<i32> {
         let part = side.part.as_ref()?;

@@ -1,19 +1,22 @@
-//! Edges of images and silhouettes, each stored once for all images that share it, with the number
-//! of images by which its sides differ.
+//! Edges of projected triangles and silhouettes, each stored once for all triangles that share it,
+//! with the number of triangles by which its two sides differ.
 
 use super::index::Index;
 use crate::clip::Edge;
 use crate::orient::Point;
 
-/// An edge of images or of surfaces, stored once for all that share it.
+/// An edge of projected triangles or of surfaces, stored once for all that share it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     pub(super) edge: Edge,
-    /// The number of images, or layers of surfaces, on its left, minus the number on its right.
+    /// The number of triangles, or layers of surfaces, on the left of the edge, minus the number on
+    /// its right.
     pub(super) weight: i32,
-    /// The next edge around an image, if both are stored in that image's direction.
+    /// The next edge around a projected triangle, if both edges are stored in that triangle's
+    /// direction.
     pub(super) next: Option<Index>,
-    /// The index of its side, if it takes part.
+    /// The index of the side that represents the edge in the search for the boundary; `None` if the
+    /// edge does not take part.
     pub(super) side: Option<Index>,
 }
 
@@ -21,7 +24,7 @@ pub(super) struct Shared {
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     pub(super) all: Vec<Shared>,
-    /// Indices into the list, by a hash of the ends.
+    /// The hash table: indices into the list of edges, by a hash of the ends.
     table: Vec<Option<Index>>,
 }
 
@@ -50,9 +53,9 @@ impl Edges {
         }
     }
 
-    /// Adds `more` images on the left of an edge; the capacity has to be ensured before. `hash` is
-    /// the sum of the hashes of its ends. Returns the edge's index if it is stored in this
-    /// direction.
+    /// Adds `more` triangles on the left of an edge; the capacity has to be ensured before. `hash`
+    /// is the sum of the hashes of the edge's ends. Returns the edge's index if it is stored in
+    /// this direction, and `None` if it is stored in the opposite direction.
     #[allow(clippy::float_cmp, reason = "the very same corners")]
     pub(super) fn count(&mut self, from: Point, to: Point, hash: u64, more: i32) -> Option<usize> {
         // Find the edge in either direction, and count there.

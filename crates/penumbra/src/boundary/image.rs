@@ -1,12 +1,13 @@
-//! Images of triangles on the light's plane, and the tests whether one contains a point next to an
-//! edge.
+//! Projections of triangles onto the light's plane, called images here, and the tests whether one
+//! of them contains a point next to an edge.
 
 use super::settled;
 use crate::bins::Bounds;
 use crate::clip::Edge;
 use crate::orient::{Point, orient};
 
-/// The image of a triangle, counter-clockwise, with its bounds.
+/// The projection of a triangle onto the light's plane, turned counter-clockwise, with its bounding
+/// box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Image {
     pub(super) corners: [Point; 3],
@@ -14,7 +15,8 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// Creates an image; `None` if it has no area, and so hides nothing.
+    /// Creates the image of a triangle with these projected corners; `None` if it has no area, and
+    /// so hides nothing.
     pub(super) fn new(corners: [Point; 3]) -> Option<Self> {
         let [a, b, c] = [
             settled(corners[0]),
@@ -32,8 +34,9 @@ impl Image {
         [(a, b), (b, c), (c, a)]
     }
 
-    /// Whether a rounded point of an edge, moved to the edge's right, is inside; `None` if it is
-    /// too close to a side to decide.
+    /// Whether a rounded point of an edge, moved to the edge's right by an infinitesimal, is inside
+    /// the image; `None` if the point is closer than `room` to a side of the image, so that
+    /// rounding may decide.
     #[allow(clippy::float_cmp, reason = "the very same edge")]
     pub(super) fn holds_on(&self, point: Point, edge: &Edge, room: f64) -> Option<bool> {
         let mut close = false;
@@ -48,8 +51,8 @@ impl Image {
         (!close).then_some(true)
     }
 
-    /// Whether the start of an edge is inside, if it is moved along the edge by an infinitesimal,
-    /// and then to its right by a much smaller one. The decision is exact.
+    /// Whether the start of an edge is inside the image, if it is moved along the edge by an
+    /// infinitesimal, and then to the edge's right by a much smaller one. The decision is exact.
     #[inline(never)]
     pub(super) fn holds_start(&self, edge: &Edge) -> bool {
         self.sides().into_iter().all(|(c, d)| {
@@ -72,12 +75,13 @@ impl Image {
     }
 }
 
-/// Returns the distance of a point to the left of the line from c to d, times |d − c|; rounded.
+/// Returns the distance of a point to the left of the line from c to d, times |d − c|, with
+/// rounding errors.
 fn height(c: Point, d: Point, p: Point) -> f64 {
     (d[0] - c[0]) * (p[1] - c[1]) - (d[1] - c[1]) * (p[0] - c[0])
 }
 
-/// The length from c to d along the axes (L₁ norm).
+/// Returns the length from c to d along the axes (L₁ norm).
 fn length(c: Point, d: Point) -> f64 {
     (d[0] - c[0]).abs() + (d[1] - c[1]).abs()
 }

@@ -31,7 +31,7 @@ pub(super) struct LayerCount {
 }
 
 impl LayerCount {
-    /// The count where there are `more` layers than here.
+    /// Returns the count at a point that `more` layers hide than the point of this count.
     pub(super) fn plus(self, more: i32) -> Self {
         Self {
             plus: self.plus + more,
@@ -43,7 +43,8 @@ impl LayerCount {
 /// The equations between counts that have been found so far.
 #[derive(Debug, Default)]
 pub(super) struct LayerEquations {
-    /// For each unknown, its parent plus the difference from it; a root is its own parent.
+    /// For each unknown, its parent in the tree plus its difference from the parent; a root is its
+    /// own parent.
     parents: Vec<LayerCount>,
 }
 
@@ -57,7 +58,7 @@ impl LayerEquations {
         self.parents.len()
     }
 
-    /// A new count about which there are no equations.
+    /// Returns a new count about which there are no equations.
     pub(super) fn new_unknown(&mut self) -> LayerCount {
         let unknown = Index::new(self.parents.len());
         let count = LayerCount { unknown, plus: 0 };
@@ -90,7 +91,8 @@ impl LayerEquations {
         }
     }
 
-    /// Adds the equation that two counts are equal; false if it contradicts the others.
+    /// Adds the equation that two counts are equal; returns false if it contradicts the equations
+    /// before.
     pub(super) fn equate(&mut self, a: LayerCount, b: LayerCount) -> bool {
         let [a, b] = [a, b].map(|count| self.by_root(count));
         // From a.unknown + a.plus = b.unknown + b.plus.

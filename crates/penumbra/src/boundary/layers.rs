@@ -1,12 +1,13 @@
-//! [`Layers`]: how many images and how many layers of surfaces are over a point.
+//! [`Layers`]: how many projected triangles and how many layers of surfaces are over a point.
 
 use std::ops::{Add, AddAssign, Neg};
 
-/// The numbers of images and of layers of surfaces over a point, or their differences between two
-/// points.
+/// The number of projected triangles and the number of layers of surfaces that hide a point of the
+/// light, or the differences of these numbers between two points. A *layer* is one sheet of a
+/// surface over the point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Layers {
-    /// The number of images of triangles, which is always known.
+    /// The number of projected triangles, which is always known.
     pub(super) images: i32,
     /// The number of layers of surfaces, of which only differences are known
     /// ([`LayerCount`](super::layer_counts::LayerCount)).

@@ -1,5 +1,5 @@
-//! The choice of a point next to a stretch, at which the caller is asked whether anything is over
-//! it.
+//! The choice of a point next to a stretch (a part of a side between two crossings), at which the
+//! caller is asked whether any layer of a surface hides it.
 //!
 //! The layers over the point have to be those right of the stretch, so no other side may be between
 //! the two:
@@ -25,15 +25,16 @@ use crate::orient::{Point, orient};
 const ALONG: [f64; 5] = [0.5, 0.47, 0.59, 0.38, 0.67];
 const ASIDE: [f64; 5] = [0.25, 0.02, 1e-3, 3e-5, 1e-6];
 
-/// A generous bound of the rounding error of a point on a stretch, in units of the light.
+/// A generous bound of the rounding error of a computed point on a stretch, in units of the light.
 const ROUNDING: f64 = 1e-14;
 
-/// The largest number of other stretches of a group next to which points are tried.
+/// The largest number of other stretches of a group next to which query points are tried.
 const TRIES: usize = 16;
 
 impl Penumbra {
-    /// A point to the right of a stretch with no side in between, at least `least` away from the
-    /// stretch; or such a point next to another stretch that is surely under as many layers.
+    /// Returns a point to the right of a stretch with no side in between, at least `least` away
+    /// from the stretch; or such a point next to another stretch that is surely hidden by as many
+    /// layers. `None` if no such point is found.
     pub(super) fn query_point(&self, stretch: &Stretch, least: f64) -> Option<Point> {
         let is_alike = |other: &&Stretch| {
             let (own, count) = (stretch.layers, other.layers);
@@ -45,8 +46,8 @@ impl Penumbra {
             .or_else(|| others().find_map(|other| self.point_right_of(other, least)))
     }
 
-    /// A point to the right of this stretch, at least `least` away from it, with no side in
-    /// between.
+    /// Returns a point to the right of this stretch, at least `least` away from it, with no side in
+    /// between; `None` if none of the positions that are tried is such a point.
     fn point_right_of(&self, stretch: &Stretch, least: f64) -> Option<Point> {
         let Stretch { side, lo, hi, .. } = stretch;
         let (length, side) = (stretch.length(), side.get());

@@ -16,17 +16,18 @@ pub(super) struct Side {
     pub(super) weight: Layers,
     /// Whether it is a side of the light, reversed so that the light is on its right.
     pub(super) light: bool,
-    /// The part of it that is on the light.
+    /// The part of the side that is on the light; `None` if no part is.
     pub(super) part: Option<Span>,
     /// The number of images just right of where counting starts, once it is known.
     pub(super) count: Option<i32>,
-    /// The sum of the changes at all events.
+    /// The sum of the changes of the number of layers at all events of the side.
     pub(super) change: Layers,
     /// The position at which counting starts; events up to it are included in the count.
     pub(super) counted: f64,
-    /// The distance from `counted` within which rounding may decide.
+    /// The distance from `counted`, along the side, within which rounding may decide on which side
+    /// of an event a point is.
     pub(super) close: f64,
-    /// The last event found on it, from which the others follow ([`Event::before`]).
+    /// The last event found on the side, from which the others follow ([`Event::before`]).
     pub(super) events: Option<Index>,
     /// The next side around an image. Where this side ends and that one begins, no image begins or
     /// ends, unless they are touched.
@@ -36,30 +37,30 @@ pub(super) struct Side {
     pub(super) touched: [bool; 2],
     /// The event on a side of the light at which this side enters the light.
     pub(super) entry: Option<Index>,
-    /// The index of the side in the list.
+    /// The index of this side in the list of sides.
     pub(super) place: Index,
-    /// Whether its count is known or will be set.
+    /// Whether the side's count is known or will be set.
     pub(super) is_handed: bool,
-    /// Whether it crosses another side at such a small angle that rounding moves the crossing
+    /// Whether the side crosses another one at such a small angle that rounding moves the crossing
     /// noticeably.
     pub(super) is_loose: bool,
     /// The number of sides of surfaces that overlap with this one where counting starts.
     pub(super) shared: i32,
-    /// The layers of surfaces right of the beginning and of the end of its part; `None` where an
-    /// image is over it.
+    /// The layers of surfaces right of the beginning and of the end of the side's part on the
+    /// light; `None` where an image hides that point.
     pub(super) layers_at_start: Option<LayerCount>,
     pub(super) layers_at_end: Option<LayerCount>,
 }
 
-/// A point on a side where the layers over its right change.
+/// A point on a side where the number of layers right of it changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub(super) change: Layers,
     pub(super) end: End,
     /// Whether the side passes to the left of the one that it crosses.
     pub(super) to_left: bool,
-    /// The layers of surfaces in the sector that is right of both sides here, as counted along this
-    /// one; `None` if rounding may decide, or if images are over it.
+    /// The layers of surfaces in the sector that is right of both crossing sides, as counted along
+    /// this side; `None` if rounding may decide, or if images hide the sector.
     pub(super) layers: Option<LayerCount>,
     /// The event of the same side that was found before this one.
     pub(super) before: Option<Index>,
@@ -106,7 +107,8 @@ impl Side {
         }
     }
 
-    /// Whether the layers right of its end are those right of the beginning of the next side.
+    /// Whether the layers right of the end of this side are the layers right of the beginning of
+    /// `next`.
     pub(super) fn goes_on_in(&self, next: &Self) -> bool {
         self.part.is_some_and(|p| p.hi.at >= self.edge.length)
             && next.part.is_some_and(|p| p.start == Start::Own)
@@ -114,7 +116,7 @@ impl Side {
             && !next.touched[0]
     }
 
-    /// Adds an event, and returns its index if it is within the relevant part.
+    /// Adds an event, and returns its index if it is within the part of the side that matters.
     #[inline(never)]
     pub(super) fn add(
         &mut self,

@@ -1,8 +1,8 @@
 //! The public interface for finding a boundary step by step, for callers that do not have all
 //! occluders at once.
 //!
-//! Occluders are added little by little, since which of them matter depends on what is visible past
-//! the others. Each state is a type, so that the steps can only be taken in a valid order:
+//! Occluders are added little by little, since which of them matter depends on what the others
+//! hide. Each state is a type, so that the steps can only be taken in a valid order:
 //!
 //! ```text
 //! Penumbra ── begin ──► Occluded ── boundary ──► the boundary past all triangles so far
@@ -16,13 +16,13 @@ use super::edges::hash;
 use super::image::Image;
 use super::{BoundaryEdge, Bounds, Penumbra, Point, settled};
 
-/// A polygon with the triangles that have been added in front of it.
+/// A polygon and the triangles that have been added in front of it.
 #[derive(Debug)]
 pub struct Occluded<'p>(&'p mut Penumbra);
 
-/// The edges of triangles and silhouettes in front of a polygon, where no triangle hides it. Which
-/// of them bound the visible part is not known yet, since silhouettes only say how the number of
-/// layers changes.
+/// The parts of the edges of triangles and silhouettes in front of a polygon that no triangle
+/// hides. Which of them bound the visible part is not known yet, since silhouettes only say how the
+/// number of layers (sheets of a surface over a point) changes.
 ///
 /// After triangles were added, a new outline has to be found:
 ///
@@ -40,9 +40,9 @@ impl Penumbra {
     /// Finds the boundary of a convex polygon minus triangles in its plane, each in either
     /// orientation.
     ///
-    /// Edges are returned in no particular order. Together they are closed curves,
+    /// Edges are returned in no particular order. Together they form closed curves,
     /// counter-clockwise around the visible part and clockwise around its holes, up to the rounding
-    /// of their ends. There are none if nothing is visible or the light has fewer than three
+    /// of their ends. The result is empty if nothing is visible or the light has fewer than three
     /// corners. Coordinates have to be zero or between 1e-60 and 1e60 in absolute value.
     pub fn boundary(
         &mut self,
@@ -53,8 +53,8 @@ impl Penumbra {
         self.latest()
     }
 
-    /// Begins with a convex polygon without occluders; for callers who do not have all occluders at
-    /// once, or who have the silhouettes of fine meshes.
+    /// Begins with a convex polygon without occluders. This is for callers who do not have all
+    /// occluders at once, or who have the silhouettes of fine meshes.
     pub fn begin(&mut self, light: &[Point]) -> Occluded<'_> {
         self.set_light(light);
         self.images.clear();
@@ -62,7 +62,7 @@ impl Penumbra {
         Occluded(self).without_silhouettes()
     }
 
-    /// The boundary that was found last.
+    /// Returns the boundary that was found last.
     #[must_use]
     pub fn latest(&self) -> &[BoundaryEdge] {
         &self.pieces
@@ -85,15 +85,15 @@ impl<'p> Occluded<'p> {
         self
     }
 
-    /// Finds the boundary past the triangles, as [`Penumbra::boundary`] returns it.
+    /// Finds the boundary of the polygon minus the triangles, as [`Penumbra::boundary`] returns it.
     pub fn boundary(&mut self) -> &[BoundaryEdge] {
         self.0.find();
         self.0.latest()
     }
 
-    /// Finds the outline past the triangles and past fine meshes, which are given by their
-    /// silhouettes: edges from one point to another, each with the number of layers on its left
-    /// minus the number on its right.
+    /// Finds the edges that no triangle hides, including the edges of fine meshes, which are given
+    /// by their silhouettes: edges from one point to another, each with the number of layers on its
+    /// left minus the number on its right.
     ///
     /// Edges may be missing outside of the polygon and behind triangles; elsewhere, the changes of
     /// the number of layers around any point have to add up to zero.
@@ -120,8 +120,8 @@ impl<'p> Occluded<'p> {
 }
 
 impl<'p> Outline<'p> {
-    /// All parts of edges that are on the polygon and have no triangle over their right: where
-    /// missing triangles or silhouettes may matter.
+    /// Returns all parts of edges that are on the polygon and have no triangle over their right
+    /// side: where missing triangles or silhouettes may matter.
     pub fn edges(&self) -> impl Iterator<Item = [Point; 2]> {
         self.0.stretches.iter()
     }
@@ -132,11 +132,11 @@ impl<'p> Outline<'p> {
     }
 
     /// Finds the boundary of the polygon minus triangles and meshes. `is_visible` is called with
-    /// points of the polygon that are past all triangles and at least `least` away from all edges,
-    /// and returns whether they are past all meshes, too.
+    /// points of the polygon that no triangle hides and that are at least `least` away from all
+    /// edges, and returns whether no mesh hides them either.
     ///
-    /// Of all points that are connected by edges, one is queried, under the fewest layers. `None`
-    /// if edges are so close to each other that there is no point to query.
+    /// For each set of points that edges connect, one point under the fewest layers is queried.
+    /// Returns `None` if edges are so close to each other that there is no point to query.
     ///
     /// ```
     /// use linelit_penumbra::Penumbra;

@@ -65,7 +65,7 @@ use linelit_geometry::stop;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
     pub(super) side: Index,
-    /// The layers of surfaces right of it.
+    /// The number of layers of surfaces right of the stretch.
     pub(super) layers: LayerCount,
     pub(super) lo: End,
     pub(super) hi: End,
@@ -90,14 +90,16 @@ pub(super) struct Stretches {
 const SHORT: f64 = 1e-12;
 
 impl Stretch {
-    /// Its length along the axes (L₁ norm): at most √2 times its length.
+    /// Returns the length of the stretch along the axes (L₁ norm), which is at most √2 times its
+    /// length.
     pub(super) fn length(&self) -> f64 {
         let (a, b) = (self.lo.point, self.hi.point);
         (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
     }
 
-    /// Whether it represents its group better than another stretch of the group: because it is long
-    /// enough and the other is not, or has the lower count, or is longer at the same count.
+    /// Whether this stretch represents its group better than another stretch of the group: because
+    /// this one is longer than `short` and the other is not, or has the lower count, or is longer
+    /// at the same count.
     fn is_lower(&self, other: &Self, short: f64) -> bool {
         let (length, others) = (self.length(), other.length());
         match (length > short, others > short) {
@@ -139,7 +141,7 @@ impl Stretches {
         }
     }
 
-    /// The stretches that are boundary, after [`Self::visible`] was filled.
+    /// Returns the stretches that are boundary, after [`Self::visible`] was filled.
     fn visible(&self) -> impl Iterator<Item = &Stretch> {
         self.all.iter().filter(|stretch| {
             let most = self.visible[stretch.layers.unknown.get()];
@@ -149,9 +151,9 @@ impl Stretches {
 }
 
 impl Penumbra {
-    /// Collects the stretches of a side, given how many images are right of the point where
-    /// counting starts, and stores at its ends and crossings the counts that equations with other
-    /// sides need.
+    /// Collects the stretches of the side with index `i`, where `images` is the number of images
+    /// right of the point where counting starts. Stores at the side's ends and crossings the counts
+    /// that equations with other sides need.
     pub(super) fn collect_stretches(&mut self, i: usize, mut images: i32) {
         let Self {
             sides,
@@ -216,8 +218,8 @@ impl Penumbra {
         side.layers_at_end = layers.map(|layers| layers.plus(left.surfaces));
     }
 
-    /// Finds which stretches are boundary, by one call of `is_visible` for each group; false if
-    /// counts contradict each other, or if there is no point at which to query.
+    /// Finds which stretches are boundary, by one call of `is_visible` for each group of stretches.
+    /// Returns false if counts contradict each other, or if there is no point at which to query.
     pub(super) fn find_boundary(
         &mut self,
         least: f64,
@@ -254,8 +256,8 @@ impl Penumbra {
         true
     }
 
-    /// Adds the equations between counts of sides that have the same point on their right; false if
-    /// they contradict each other.
+    /// Adds the equations between counts of sides that have the same point on their right; returns
+    /// false if the equations contradict each other.
     fn equate_layers(&mut self) -> bool {
         let Self {
             sides,

@@ -59,7 +59,7 @@ const CELLS: usize = 16;
 /// The largest number of times that a cell is halved: this resolves lobes of about 2⁻¹⁰ of a cell.
 const DEPTH: u32 = 10;
 
-/// The absolute error of the integral over a cell.
+/// The absolute error to which the integral over a cell of the hemisphere is computed.
 const CELL: f64 = 2e-6;
 
 impl Bsdf {

@@ -34,7 +34,8 @@ pub struct Agreement {
     pub error: f64,
 }
 
-/// The relative error that quadrature aims at, relative to the integral of the magnitude.
+/// The relative error to which quadrature integrates, as a fraction of the integral of the
+/// magnitude.
 const QUADRATURE: f64 = 1e-13;
 
 /// The number of parts that a domain is cut into.

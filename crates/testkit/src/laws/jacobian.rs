@@ -1,7 +1,8 @@
 //! The density of a sampler from derivatives of its samples by their random numbers. There is no
 //! randomness in it, so that it checks six digits where a histogram checks two.
 
-/// Differences with an estimated error below this are compared.
+/// The estimated relative error of a derivative below which it is compared with the density;
+/// positions with a larger error are skipped.
 const SURE: f64 = 1e-8;
 
 /// The number of positions at which densities are compared.
@@ -61,8 +62,8 @@ pub(super) fn densities<const N: usize>(
     Ok(sure)
 }
 
-/// Returns the k-th of evenly spread positions inside (0, 1), by the powers of the inverse of the
-/// root of x³ = x + 1 (the plastic number).
+/// Returns the k-th of the uniformly spread positions inside (0, 1) at which densities are
+/// compared, by the powers of the inverse of the root of x³ = x + 1 (the plastic number).
 fn place<const N: usize>(k: u32) -> [f64; N] {
     const ROOTS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     std::array::from_fn(|i| ((f64::from(k) + 0.5) * ROOTS[i]).fract())

@@ -57,11 +57,13 @@ pub struct Report {
     pub integral_error: f64,
     /// The largest error of a round trip, in the uniform number.
     pub round_trip: f64,
-    /// The fraction of positions at which derivatives of samples were compared with the pdf.
+    /// The fraction of positions at which derivatives of samples were accurate enough to be
+    /// compared with the pdf.
     pub sure: f64,
 }
 
-/// The largest error estimate of an integral that is accepted.
+/// The largest error estimate of the integral of a pdf that is accepted; with a larger one, the
+/// check fails.
 const WORST_INTEGRAL_ERROR: f64 = 5e-3;
 
 impl Technique {
@@ -140,8 +142,8 @@ impl Technique {
         self
     }
 
-    /// Sets how far the pdf may be from the derivatives of samples, relative to itself: 3e-7 by
-    /// default. Techniques that find their samples to a tolerance need more.
+    /// Sets how far the pdf may be from the derivatives of samples, as a fraction of the pdf: 3e-7
+    /// by default. Techniques that find their samples to a tolerance need more.
     #[must_use]
     pub fn density(mut self, tolerance: f64) -> Self {
         self.density = tolerance;

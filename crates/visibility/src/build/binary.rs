@@ -1,4 +1,4 @@
-//! The binary tree from which the hierarchy is collapsed, and the boxes that it consists of.
+//! The binary tree that is collapsed to the hierarchy, and the bounding boxes that it consists of.
 
 /// A box in the hierarchy's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ impl Bounds {
         }
     }
 
-    /// Half of the surface area of a box that is not empty. It is computed in `f64`, where it
+    /// Half of the surface area of a box that is not empty. The area is computed in `f64`, where it
     /// neither overflows nor underflows for any box of `f32`.
     #[inline(always)]
     pub(crate) fn half_area(&self) -> f64 {
@@ -57,15 +57,15 @@ pub(crate) fn most(a: f32, b: f32) -> f32 {
 #[repr(align(32))]
 pub(super) struct Binary {
     pub(super) bounds: Bounds,
-    /// The index of the first child, or the number of the triangle.
+    /// The index of the first child, or, for a leaf, the index of the triangle.
     pub(super) first: u32,
     /// [`Binary::LEAF`] or zero.
     pub(super) tag: u32,
 }
 
 impl Binary {
-    /// The bit of a node that is a single triangle, or where a part of a tree ends that is handled
-    /// by itself.
+    /// The bit of a node that is a single triangle, or at which one part of a tree ends that is
+    /// handled in parts.
     pub(super) const LEAF: u32 = 1 << 31;
 
     pub(super) const EMPTY: Self = Self {

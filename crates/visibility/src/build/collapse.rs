@@ -16,14 +16,14 @@ use std::{
     sync::atomic::{AtomicU32, Ordering},
 };
 
-/// The triangles of a leaf; lanes that are not in use repeat the first.
+/// The indices of a leaf's triangles; lanes that are not in use repeat the first.
 pub(super) type Triangles = [u32; LEAF_SIZE as usize];
 
-/// The number of levels of the binary tree within which both children of a node are worth a thread
-/// each.
+/// The number of levels of the binary tree, from the root, within which the two children of a node
+/// are handled by two threads.
 const SHARED_LEVELS: u32 = 12;
 
-/// The number of parts in which wide nodes are made in parallel.
+/// The number of subtrees below which wide nodes are made in parallel, one task for each subtree.
 const PARTS: usize = 1 << 8;
 
 /// Collapses a binary tree: returns the wide nodes of the best hierarchy, and the triangles of its
@@ -45,14 +45,17 @@ pub(super) fn collapse(nodes: Vec<Binary>, leaf_cost: f64) -> (Vec<Node>, Vec<Tr
     tree.widen()
 }
 
-/// The bit of a choice that says that the subtree is best as a leaf, if it is one piece.
+/// The bit of a node's choice that says that the subtree becomes a leaf, if one child of a wide
+/// node represents it.
 const ONE_PIECE: u32 = 1 << 31;
 
-/// The number of bits of a choice per number of pieces j = 2 to 8: they hold how many pieces the
-/// left child gets if the node is represented by up to j pieces; 0 if the node stays in one piece.
+/// The number of bits in a node's choice for each number of children j = 2 to 8 that may represent
+/// the node: they hold how many of the children represent its left subtree, or 0 if a single child
+/// represents the node.
 const BITS: u32 = LEAF_SIZE.ilog2();
 
-/// The least cost of a subtree in up to 1 to 8 pieces, and the number of its triangles.
+/// The least cost of a subtree if it is represented by up to 1, 2, … 8 children of a wide node, and
+/// the number of its triangles. A *piece* of a subtree is one such child.
 #[derive(Clone, Copy)]
 struct Cost {
     pieces: [f64; 8],
@@ -62,15 +65,15 @@ struct Cost {
 /// A binary tree, and the choices made for its nodes.
 struct Tree {
     nodes: Vec<Binary>,
-    /// For each pair of nodes, the choice for their parent.
+    /// For each pair of sibling nodes, the choice made for their parent.
     choices: Vec<AtomicU32>,
     leaf_cost: f64,
     /// The largest number of triangles in a leaf.
     most: u32,
 }
 
-/// A part of the hierarchy: wide nodes, the first of which is its root, and leaves, both numbered
-/// from zero.
+/// A part of the hierarchy: wide nodes, the first of which is the root of the part, and leaves,
+/// both with indices that begin at zero.
 #[derive(Default)]
 struct Part {
     nodes: Vec<Node>,
@@ -78,7 +81,8 @@ struct Part {
 }
 
 impl Tree {
-    /// Makes the choices for all nodes of a subtree, and returns its cost.
+    /// Makes the choices for all nodes of the subtree below node `at`, and returns its cost. Within
+    /// the first `levels` levels, children are handled in parallel.
     fn decide(&self, at: u32, levels: u32) -> Cost {
         let node = &self.nodes[at as usize];
         let area = node.bounds.half_area();
@@ -99,7 +103,7 @@ impl Tree {
         cost
     }
 
-    /// Computes the cost of a node with two children, and the choices that attain it.
+    /// Computes the cost of a node with two children, and the choices that attain that cost.
     fn decide_one(&self, area: f64, left: &Cost, right: &Cost) -> (Cost, u32) {
         let mut cost = Cost {
             pieces: [0.0; 8],
@@ -134,7 +138,7 @@ impl Tree {
         let mut choice = if closed <= opened { ONE_PIECE } else { 0 };
         for k in 1..8 {
             if cost.pieces[k - 1] <= cost.pieces[k] {
-                // One piece fewer costs no more.
+                // With one piece fewer the cost is no higher.
                 cost.pieces[k] = cost.pieces[k - 1];
                 split[k] = split[k - 1];
             }
@@ -152,7 +156,7 @@ impl Tree {
         node.is_leaf() || self.choice(node) & ONE_PIECE != 0
     }
 
-    /// Collects the up to eight children of the wide node that opens `root`.
+    /// Collects in `out` the up to eight children of the wide node that opens `root`.
     fn members(&self, root: u32, out: &mut Vec<u32>) {
         out.clear();
         let node = &self.nodes[root as usize];
@@ -165,7 +169,7 @@ impl Tree {
         self.spread(node.first + 1, 8 - left, out);
     }
 
-    /// Collects the nodes that represent a subtree in up to `pieces` pieces.
+    /// Collects in `out` the nodes that represent the subtree below `at` in up to `pieces` pieces.
     fn spread(&self, at: u32, pieces: usize, out: &mut Vec<u32>) {
         let node = &self.nodes[at as usize];
         let left = if pieces < 2 || node.is_leaf() {
@@ -181,7 +185,7 @@ impl Tree {
         }
     }
 
-    /// The triangles of a subtree that becomes a leaf, and their number.
+    /// Returns the triangles of a subtree that becomes a leaf, and how many there are.
     fn triangles(&self, root: u32) -> (Triangles, usize) {
         let mut found = [0; LEAF_SIZE as usize];
         let mut count = 0;

@@ -32,12 +32,14 @@ use split::Reference;
 /// `docs/decisions/003-growing-the-hierarchy.md`.
 const LEAF_COST: f64 = 1.2;
 
-/// The leaf cost in scenes of fewer than [`SMALL`] triangles. It makes no difference to the speed
-/// there, and fuller leaves take such scenes below a hundred bytes per triangle.
+/// The cost of testing a leaf, relative to testing a node, in scenes of fewer than [`SMALL`]
+/// triangles. It makes no difference to the speed there, and fuller leaves reduce the memory of
+/// such scenes below a hundred bytes per triangle.
 const LEAF_COST_SMALL: f64 = LEAF_COST / 2.0;
 
-/// The number of triangles below which a scene is small. Of as many leaves (3 MB) the caches hold
-/// everything, so that prefetching is of no use.
+/// The number of triangles below which a scene is small, so that [`LEAF_COST_SMALL`] applies; and
+/// the number of leaves below which nothing is prefetched, since the caches hold all of them (3
+/// MB).
 const SMALL: usize = 10_000;
 
 /// The largest number of triangles in a leaf.
@@ -58,7 +60,7 @@ impl Hierarchy {
         (&self.meshes, &self.mesh_of)
     }
 
-    /// Prefetches those of a node's children that are in the mask `found`.
+    /// Prefetches the children of a node that are in the mask `found`.
     #[inline(always)]
     pub(crate) fn prefetch<S: Simd>(&self, s: S, node: &Node, found: u8) {
         if self.leaves.len() < SMALL {
@@ -99,12 +101,14 @@ pub(crate) struct Geometry<'a> {
     pub(crate) triangles: &'a [[u32; 3]],
     /// The origin of the hierarchy's coordinates; the difference to every vertex is exact.
     pub(crate) origin: [f32; 3],
-    /// The largest absolute coordinate of triangles that can hide something.
+    /// The largest absolute coordinate of the triangles that can hide something, relative to the
+    /// origin.
     pub(crate) extent: f32,
 }
 
 impl Geometry<'_> {
-    /// The vertices of a triangle whose corners are in range.
+    /// Returns the vertices of a triangle whose corner indices are in range, relative to the
+    /// origin.
     #[inline]
     pub(crate) fn vertices(&self, id: u32) -> [[f32; 3]; 3] {
         let [a, b, c] = self.triangles[id as usize];
@@ -117,7 +121,7 @@ impl Geometry<'_> {
         [x - u, y - v, z - w]
     }
 
-    /// Makes a leaf of eight triangles.
+    /// Returns the leaf that holds the eight triangles with these indices.
     fn leaf(&self, id: [u32; 8]) -> Leaf {
         let mut leaf = Leaf { id, ..Leaf::EMPTY };
         for (lane, &id) in id.iter().enumerate() {
@@ -148,7 +152,7 @@ impl Geometry<'_> {
 /// The number of items that one parallel task handles.
 const AT_ONCE: usize = 1 << 11;
 
-/// The boxes of the triangles for which `kept` is true.
+/// Returns the bounding boxes of the triangles for which `kept` is true, with their indices.
 fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
     let mut references = pool::collect(kept.len(), AT_ONCE, &|k| match kept[k] {
         true => geometry.reference(index(k)),
@@ -160,8 +164,8 @@ fn references(geometry: &Geometry<'_>, kept: &[bool]) -> Vec<Reference> {
 }
 
 /// The builder of the binary tree from which a hierarchy is made. Rays and lines get the same
-/// answers with any; [`Occluders::refit`](crate::Occluders::refit) says what may depend on the
-/// tree.
+/// answers with any builder; [`Occluders::refit`](crate::Occluders::refit) says which answers may
+/// depend on the tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Builder {
@@ -179,7 +183,7 @@ pub enum Builder {
 /// Options for building a hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// Whether the hierarchy is for rays alone, as
+    /// Whether the hierarchy is for rays alone, without the data about meshes, as
     /// [`Occluders::build_for_rays`](crate::Occluders::build_for_rays) makes it.
     pub for_rays: bool,
     /// The builder of the tree.
@@ -197,10 +201,10 @@ impl Builder {
     }
 }
 
-/// Builds the hierarchy over the triangles for which `kept` is true; unless it is for rays alone,
-/// with the data about meshes that shafts use.
+/// Builds the hierarchy over the triangles for which `kept` is true. Unless the hierarchy is for
+/// rays alone, it includes the data about meshes that shafts use.
 ///
-/// These data are not left to the first shaft: computing them needs the caller's triangles, marks
+/// The first shaft does not compute these data, because that needs the caller's triangles, marks
 /// nodes, and uses all threads, which a caller that waits within a pool may not have.
 pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOptions) -> Hierarchy {
     // Grow the binary tree.
@@ -212,8 +216,8 @@ pub(crate) fn build(geometry: &Geometry<'_>, kept: &[bool], options: BuildOption
     let tree = options.builder.grow(&mut references, geometry.extent);
     drop(references);
     let leaf_cost = if small { LEAF_COST_SMALL } else { LEAF_COST };
-    // Collapse it, and find the meshes at the same time. Both together take little more memory than
-    // the tree took together with the boxes.
+    // Collapse the tree, and find the meshes at the same time. Both together take little more
+    // memory than the tree took together with the boxes.
     let (mut hierarchy, closed) = pool::join(
         || {
             let (mut nodes, ids) = collapse::collapse(tree, leaf_cost);
@@ -250,8 +254,8 @@ impl Hierarchy {
     }
 }
 
-/// Converts an index of a node, or of anything in one, to 32 bits. Indices are below 2³²: each leaf
-/// has at least one triangle, and [`Child::leaf`] refuses more than 2²⁸ leaves.
+/// Converts an index of a node, or of anything stored per node, to 32 bits. Indices are below 2³²:
+/// each leaf has at least one triangle, and [`Child::leaf`] refuses more than 2²⁸ leaves.
 pub(crate) fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }

@@ -48,7 +48,8 @@ pub(super) fn by_crossings(nodes: &mut [Node], leaves: &[Leaf]) {
     pool::stretches_of(nodes, AT_ONCE, &arrange);
 }
 
-/// The total area of a leaf's triangles. Lanes that are not in use repeat the first.
+/// Returns the total area of a leaf's triangles. Lanes that are not in use repeat the first
+/// triangle, and are not counted.
 fn area(leaf: &Leaf) -> f64 {
     let mut area = 0.0;
     for lane in 0..8 {
@@ -60,7 +61,7 @@ fn area(leaf: &Leaf) -> f64 {
     area
 }
 
-/// The node with its boxes in the order of `lanes`.
+/// Returns the node with its boxes in the order of `lanes`.
 fn permuted(node: &Node, lanes: &[(f64, usize)]) -> Node {
     let mut out = Node::default();
     for (to, &(_, from)) in lanes.iter().enumerate() {

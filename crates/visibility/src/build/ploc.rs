@@ -1,11 +1,12 @@
 //! The binary tree as the crate obvhs clusters it, in place of the one that [`split`](super::split)
 //! grows.
 //!
-//! Parallel locally ordered clustering joins pairs that are nearest to each other. Of many pairs
-//! that are equally near (copies, rows) it joins a single one in each pass, takes quadratic time
-//! and makes a list; and areas that overflow or underflow are all equal. So it is given boxes in
-//! units of the scene, each enlarged by a random amount of its own, which breaks such ties. The
-//! nodes get boxes without that enlargement, and are improved as in the own builder.
+//! Parallel locally ordered clustering joins pairs of boxes that are nearest to each other. Of many
+//! pairs that are equally near (copies, rows) it joins a single one in each pass, so that it takes
+//! quadratic time and the tree degenerates to a list; and areas that overflow or underflow are all
+//! equal. So it receives boxes in units of the scene, each enlarged by a random amount of its own,
+//! which breaks such ties. The nodes get boxes without that enlargement, and the tree is improved
+//! as in the own builder.
 
 use super::{
     binary::Binary,
@@ -15,8 +16,9 @@ use super::{
 use linelit_geometry::glam::Vec3A;
 use obvhs::{BvhBuildParams, aabb::Aabb, ploc::PlocBuilder};
 
-/// Grows the tree over some triangles; `None` if it is deeper than trees that can be improved and
-/// collapsed. `extent` is the largest absolute coordinate. obvhs uses the caller's thread alone.
+/// Grows the tree over some triangles; `None` if it becomes deeper than trees that can be improved
+/// and collapsed. `extent` is the largest absolute coordinate. obvhs uses the caller's thread
+/// alone.
 pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>> {
     let unit = split::unit(extent);
     // Let obvhs cluster the enlarged boxes.
@@ -59,9 +61,9 @@ pub(super) fn grow(references: &[Reference], extent: f32) -> Option<Vec<Binary>>
     Some(nodes)
 }
 
-/// The box of a triangle in units of the scene, with every side moved outwards by a pseudo-random
-/// amount: up to 2⁻⁶ of the box's size, plus 2⁻²⁰ of its coordinates (16 roundings), plus 2⁻⁶⁰
-/// units, whose square is not denormal.
+/// Returns the bounding box of a triangle in units of the scene, with every side moved outwards by
+/// a pseudo-random amount: up to 2⁻⁶ of the box's size, plus 2⁻²⁰ of its coordinates (16
+/// roundings), plus 2⁻⁶⁰ units, whose square is not denormal.
 fn shaken(leaf: &Binary, unit: f32) -> Aabb {
     let [lo, hi] = [leaf.bounds.lo, leaf.bounds.hi].map(|v| Vec3A::from(v) * unit);
     let magnitude = lo.abs().max_element().max(hi.abs().max_element());

@@ -47,7 +47,7 @@ pub(crate) fn refit(
     }
 }
 
-/// The box around all boxes of a node.
+/// Returns the bounding box of all boxes of a node.
 fn around(node: &Node) -> Bounds {
     let mut all = Bounds::EMPTY;
     for lane in node.lanes() {
@@ -56,7 +56,8 @@ fn around(node: &Node) -> Bounds {
     all
 }
 
-/// The box around a leaf's triangles; lanes that are not in use repeat the first.
+/// Returns the bounding box of a leaf's triangles; lanes that are not in use repeat the first
+/// triangle.
 fn around_leaf(leaf: &Leaf) -> Bounds {
     let mut all = Bounds::EMPTY;
     for (k, column) in leaf.vertices.iter().enumerate() {

@@ -10,21 +10,23 @@ use super::{binary::Binary, index};
 use linelit_geometry::stop;
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-/// The fraction of the nodes that each pass tries to move, and the number of passes.
+/// The fraction of the nodes, those with the largest boxes, that each pass tries to move; and the
+/// number of passes.
 const SHARE: f64 = 0.03;
 const PASSES: usize = 2;
 
 /// The largest number of nodes that the search for one position visits.
 const MOST_VISITS: u32 = 512;
 
-/// The largest number of levels of a tree, as a multiple of the logarithm of its number of nodes;
-/// moves that would exceed it are not made.
+/// The largest number of levels of a tree, as a multiple of the logarithm of its number of nodes.
+/// Moves that would make the tree deeper are not made.
 pub(super) const LEVELS: u32 = 4;
 
-/// The number of pairs of nodes in the top of a large tree, which is improved by itself.
+/// The number of pairs of nodes in the top of a large tree; the top is improved separately from the
+/// subtrees below it.
 const TOP: usize = 1 << 14;
 
-/// The other child of the same parent; nodes are numbered as in [`Binary`].
+/// Returns the other child of the same parent; nodes have the indices of [`Binary`].
 #[inline(always)]
 const fn sibling(node: u32) -> u32 {
     ((node - 1) ^ 1) + 1
@@ -34,16 +36,17 @@ const fn sibling(node: u32) -> u32 {
 struct Tree<'a> {
     nodes: &'a mut [Binary],
     parents: Vec<u32>,
-    /// The number of levels below each node.
+    /// For each node, the number of levels below it.
     heights: Vec<u16>,
-    /// The largest number of levels of the tree, so that searching and moving take n log n.
+    /// The largest number of levels that the tree may have, so that searching and moving take n log
+    /// n.
     most_levels: u32,
     /// The stack of the search: nodes to visit, each with the gain at its parent.
     todo: Vec<(f64, u32)>,
 }
 
 /// Improves a tree with root 0 and fewer than 2³¹ nodes. Children have to come after their parents
-/// in the list; after the improvement they need not any more.
+/// in the list before the improvement, and may come before them afterwards.
 pub(super) fn improve(nodes: &mut [Binary]) {
     if nodes.len() < 7 {
         return;
@@ -97,7 +100,7 @@ pub(super) fn improve(nodes: &mut [Binary]) {
     }
 }
 
-/// The number of levels below the parent of a pair.
+/// Returns the number of levels below the parent of a pair of nodes.
 fn above(heights: &[u16], pair: u32) -> u16 {
     let pair = pair as usize;
     heights[pair].max(heights[pair + 1]).saturating_add(1)
@@ -161,7 +164,8 @@ impl Tree<'_> {
         (!stays).then_some(place)
     }
 
-    /// Moves a subtree, unless the tree would become too deep.
+    /// Moves the subtree `from` so that node `to` becomes its sibling, unless the tree would become
+    /// too deep.
     fn apply(&mut self, from: u32, to: u32) {
         // Compute the depth that the subtree would reach.
         let parent = self.parents[from as usize];
@@ -188,7 +192,7 @@ impl Tree<'_> {
         self.put(parent, other, heights[0]);
         self.parents[from as usize] = to;
         self.parents[beside as usize] = to;
-        // Fit the boxes above both positions; the sibling in the parent's place may be smaller.
+        // Fit the boxes above both positions; the sibling that replaced the parent may be smaller.
         self.refit(to);
         if parent != 0 {
             self.refit(self.parents[parent as usize]);
@@ -205,7 +209,8 @@ impl Tree<'_> {
         }
     }
 
-    /// Fits boxes and heights to their children, from an inner node upwards as far as they change.
+    /// Fits boxes and heights to those of the children, from an inner node upwards as far as they
+    /// change.
     fn refit(&mut self, mut node: u32) {
         loop {
             let Binary { bounds, first, .. } = self.nodes[node as usize];

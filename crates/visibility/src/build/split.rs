@@ -1,9 +1,10 @@
 //! Growing of the binary tree from its root: triangles are split where the surface area heuristic
 //! expects the least work.
 //!
-//! Large sets are split between bins of the triangles' middles, sets of up to 16 at the best of all
-//! positions along the axes. The time is n log n for any input: a branch that becomes deeper than
-//! four times the logarithm goes on by halving.
+//! Large sets are split between bins of the centres of the triangles' boxes, sets of up to 16 at
+//! the best of all positions along the axes. The time is n log n for any input: a branch that
+//! becomes deeper than four times the logarithm of the number of triangles is split into halves
+//! from there on.
 //!
 //! **Source**: Wald 2007, "On fast construction of SAH-based bounding volume hierarchies" (bins).
 
@@ -15,10 +16,11 @@ use crate::pool;
 use linelit_geometry::glam::{Vec3, Vec3A, Vec3Swizzles, Vec4};
 use linelit_geometry::stop;
 
-/// A triangle's box and its number, packed so that both are two vectors.
+/// A triangle's bounding box and its index, packed into two vectors of four lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
-    /// The corners of the box; the fourth lanes hold the number's lower and upper bits ([`lane`]).
+    /// The lowest corner of the box, and `hi` the highest; the fourth lanes hold the lower and the
+    /// upper bits of the index ([`lane`]).
     lo: Vec4,
     hi: Vec4,
 }
@@ -44,7 +46,7 @@ impl Reference {
         }
     }
 
-    /// The leaf of the binary tree for this triangle.
+    /// Returns the leaf of the binary tree for this triangle.
     pub(super) fn node(&self) -> Binary {
         Binary {
             bounds: Bounds {
@@ -61,7 +63,8 @@ impl Reference {
         high << Self::BITS | low
     }
 
-    /// Half of the box's middle, so that neither it nor the difference of two overflows.
+    /// Returns half of the centre of the box, so that neither the sum nor the difference of two of
+    /// them overflows.
     #[inline(always)]
     fn middle(&self) -> Vec4 {
         self.lo * 0.25 + self.hi * 0.25
@@ -74,15 +77,15 @@ const BINS: usize = 16;
 /// The largest number of triangles for which every split along the axes is tried.
 const FEW: usize = BINS;
 
-/// The number of triangles that are enough to choose a split; of larger sets every second, third…
-/// is used.
+/// The number of triangles that are enough to choose a split; of larger sets only every second,
+/// third… triangle is used.
 const SAMPLE: usize = 1 << 8;
 
-/// The number of triangles of a subtree that is grown and improved in one piece, in the caches of
-/// one core.
+/// The largest number of triangles of a subtree that is grown and improved as a unit, in the caches
+/// of one core.
 pub(super) const BLOCK: usize = 1 << 16;
 
-/// The number of triangles from which on a subtree is worth another thread.
+/// The number of triangles at which a subtree is large enough to be grown by another thread.
 const WORTH_SHARING: usize = 1 << 12;
 
 /// Grows the tree over some triangles, which it reorders; node 0 is the root. `extent` is the
@@ -106,8 +109,8 @@ pub(super) fn grow(references: &mut [Reference], extent: f32) -> Vec<Binary> {
     nodes
 }
 
-/// The power of two by which coordinates are multiplied to be near one, so that squares are within
-/// the range of `f32`.
+/// Returns the power of two that multiplies coordinates up to `extent` to be near one, so that
+/// their squares are within the range of `f32`.
 pub(super) fn unit(extent: f32) -> f32 {
     let exponent = extent.to_bits() >> 23;
     f32::from_bits(254_u32.saturating_sub(exponent).clamp(1, 254) << 23)
@@ -118,13 +121,14 @@ pub(super) fn unit(extent: f32) -> f32 {
 struct Place {
     /// The index of the first node below the subtree's root.
     at: usize,
-    /// The number of levels after which the subtree goes on by halving.
+    /// The number of levels that may follow below the subtree's root before sets are only split
+    /// into halves.
     levels: u32,
     unit: f32,
 }
 
-/// Grows what is below `root` into `nodes`. With `BLOCKS`, subtrees of up to [`BLOCK`] triangles
-/// are grown and improved by themselves.
+/// Grows the subtree below `root` into `nodes`. With `BLOCKS`, subtrees of up to [`BLOCK`]
+/// triangles are grown and improved separately.
 fn branch<const BLOCKS: bool>(
     references: &mut [Reference],
     root: &mut Binary,
@@ -160,7 +164,7 @@ fn branch<const BLOCKS: bool>(
     };
     let at_left = below(place.at + 2);
     let at_right = below(place.at + 2 + below_left.len());
-    // Grow both sides, in parallel if they are large.
+    // Grow both subtrees, in parallel if they are large.
     let share = left.len() + right.len() >= WORTH_SHARING;
     let mut left = || branch::<BLOCKS>(left, &mut first[0], below_left, at_left);
     let mut right = || branch::<BLOCKS>(right, &mut second[0], below_right, at_right);
@@ -173,7 +177,7 @@ fn branch<const BLOCKS: bool>(
     root.bounds = pair[0].bounds.union(&pair[1].bounds);
 }
 
-/// Grows a subtree by itself, improves it, and copies it to its position.
+/// Grows a subtree separately, improves it, and copies it to its position.
 fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], place: Place) {
     stop::check();
     let mut own = vec![Binary::EMPTY; nodes.len() + 1];
@@ -190,19 +194,21 @@ fn block(references: &mut [Reference], root: &mut Binary, nodes: &mut [Binary], 
     nodes.copy_from_slice(&own[1..]);
 }
 
-/// The triangles that are used to choose a split.
+/// Returns the triangles that are used to choose a split: all of a small set, every second, third…
+/// of a larger one.
 fn sample(references: &[Reference]) -> impl Iterator<Item = &Reference> {
     references.iter().step_by(1 + references.len() / SAMPLE)
 }
 
-/// The box of the [`Reference::middle`]s of a [`sample`]; its fourth lanes are meaningless.
+/// The bounding box of the [`Reference::middle`]s of a [`sample`]; its fourth lanes are
+/// meaningless.
 struct Extent {
     lo: Vec4,
     hi: Vec4,
 }
 
 impl Extent {
-    /// The extent of some triangles' middles.
+    /// Returns the bounding box of half the centres of a sample of the triangles' boxes.
     fn of(references: &[Reference]) -> Self {
         let mut extent = Self {
             lo: Vec4::INFINITY,
@@ -219,14 +225,15 @@ impl Extent {
         (self.hi - self.lo).truncate()
     }
 
-    /// The axes along which the triangles are spread at least half as much as along the widest.
+    /// Returns the axes along which the triangles are spread at least half as much as along the
+    /// widest axis.
     fn axes(&self) -> impl Iterator<Item = usize> {
         let spread = self.spread();
         (0..3).filter(move |axis| spread[*axis] >= 0.5 * spread.max_element())
     }
 }
 
-/// Half of a box's surface area, in units of `unit`⁻¹.
+/// Returns half of a box's surface area, in units of `unit`⁻².
 #[inline(always)]
 fn half_area(lo: Vec4, hi: Vec4, unit: f32) -> f32 {
     let d = Vec3A::from_vec4(hi * unit - lo * unit);
@@ -244,21 +251,22 @@ fn halve(references: &mut [Reference]) -> usize {
     middle
 }
 
-/// The measure by which splits are compared: the expected work, and among equals the size of the
-/// larger part. The work of a split with an empty part is infinite or not a number, and never less
-/// than another's.
+/// The measure by which splits are compared: the expected work, and for equal work the number of
+/// triangles in the larger part. The work of a split with an empty part is infinite or not a
+/// number, and never less than the work of another split.
 type Judged = (f32, usize);
 
-/// What every possible split is better than.
+/// The measure that every possible split improves on.
 const WORST: Judged = (f32::INFINITY, usize::MAX);
 
-/// The corners of the box around some triangles, and their number.
+/// The lowest and the highest corner of the bounding box of some triangles, and their number.
 type Part = ((Vec4, Vec4), usize);
 
 /// The part without triangles.
 const EMPTY: Part = ((Vec4::INFINITY, Vec4::NEG_INFINITY), 0);
 
-/// Finds the best split of up to 16 parts in a row, and returns how many of them are on its left.
+/// Finds the best split of a row of `count` parts, at most 16. Returns its measure, and how many of
+/// the parts are on its left.
 #[inline(always)]
 fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged, usize) {
     let and = |((lo, hi), sum): Part, k: usize| {
@@ -286,8 +294,8 @@ fn best_split(count: usize, unit: f32, part: impl Fn(usize) -> Part) -> (Judged,
     best
 }
 
-/// Tries all splits of a few triangles along the axes, and puts the triangles in the order of the
-/// best axis. Returns how many are on the left.
+/// Tries all splits of a few triangles along the axes, and sorts the triangles along the best axis.
+/// Returns how many of them are on the left of the best split.
 fn by_all(references: &mut [Reference], unit: f32) -> usize {
     const MASK: u32 = (1 << FEW.ilog2()) - 1;
     const { assert!(FEW.is_power_of_two()) };
@@ -318,17 +326,18 @@ fn by_all(references: &mut [Reference], unit: f32) -> usize {
     best.1
 }
 
-/// Bits whose order as integers is the order of the numbers that they represent.
+/// Returns bits whose order as integers is the order of the numbers.
 #[inline(always)]
 fn ascending(x: f32) -> u32 {
     let bits = x.to_bits();
     bits ^ if bits >> 31 == 0 { 1 << 31 } else { u32::MAX }
 }
 
-/// 1.5 · 2²³: in a sum with it, the last bits are the other number rounded to an integer.
+/// 1.5 · 2²³. If a small number is added to it, the last bits of the sum are that number rounded to
+/// an integer.
 const WHOLE: f32 = 1.5 * (1_u32 << 23) as f32;
 
-/// The mapping from the middles of triangles to bins, on all axes.
+/// The mapping from the centres of triangles' boxes to bins, on all axes.
 #[derive(Clone, Copy)]
 struct Binning {
     lo: Vec4,
@@ -336,8 +345,8 @@ struct Binning {
 }
 
 impl Binning {
-    /// Creates the mapping for an extent. On axes of almost no width, everything is in the first
-    /// bin.
+    /// Creates the mapping for a bounding box of centres. On axes along which the box has almost no
+    /// width, all centres are in the first bin.
     fn new(extent: &Extent) -> Self {
         let width = (extent.hi - extent.lo).max(Vec4::splat(f32::MIN_POSITIVE));
         #[allow(clippy::cast_precision_loss, reason = "a small number")]
@@ -348,7 +357,8 @@ impl Binning {
         }
     }
 
-    /// The bins along all axes of a middle within the extent.
+    /// Returns the bin on each axis for the centre of a triangle's box, which has to be within the
+    /// bounding box of the mapping.
     #[inline(always)]
     fn bins(self, middle: Vec4) -> [usize; 3] {
         let place = ((middle - self.lo) * self.scale - 0.5) + WHOLE;
@@ -376,8 +386,8 @@ impl Binning {
     }
 }
 
-/// Splits the triangles at the best boundary between bins, or else into halves; moves the triangles
-/// of the left part to the front, and returns their number.
+/// Splits the triangles at the best boundary between bins, or into halves if there is none; moves
+/// the triangles of the left part to the front, and returns their number.
 fn by_bins(references: &mut [Reference], unit: f32) -> usize {
     let extent = Extent::of(references);
     let binning = Binning::new(&extent);
@@ -408,7 +418,7 @@ fn by_bins(references: &mut [Reference], unit: f32) -> usize {
         1 => binning.partition::<1>(references, first),
         _ => binning.partition::<2>(references, first),
     };
-    // A split of the sample may leave one side empty.
+    // The split of a sample may leave one side empty.
     if middle == 0 || middle == references.len() {
         return halve(references);
     }

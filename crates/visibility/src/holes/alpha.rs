@@ -13,7 +13,7 @@ pub enum AlphaWrap {
     Repeat,
     /// The grid repeats, with every other copy mirrored.
     Mirror,
-    /// The texels of the edge continue.
+    /// The texels at the grid's edge continue outward.
     Clamp,
     /// Alpha is zero beyond the edges.
     Zero,
@@ -32,10 +32,10 @@ pub enum AlphaLookup {
 /// The threshold of alpha that decides whether a triangle hides what is behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaCutoff {
-    /// Alpha above this hides; pbrt's rule with 0: where alpha is exactly 0, the triangle is cut
-    /// out.
+    /// A triangle hides what is behind it where alpha is above this value. With 0 this is pbrt's
+    /// rule: the triangle is cut out only where alpha is exactly 0.
     Above(f32),
-    /// Alpha of at least this hides; glTF's `alphaCutoff`.
+    /// A triangle hides what is behind it where alpha is at least this value; glTF's `alphaCutoff`.
     AtLeast(f32),
 }
 
@@ -97,8 +97,8 @@ impl fmt::Display for AlphaError {
 
 impl std::error::Error for AlphaError {}
 
-/// The largest distance of texture coordinates from zero, in texels: up to here an `f32` tells one
-/// texel from the next.
+/// The largest distance of texture coordinates from zero, in texels. Up to this distance an `f32`
+/// distinguishes one texel from the next; a mask with coordinates beyond it is refused.
 const FARTHEST: f64 = (1_u32 << f32::MANTISSA_DIGITS) as f64;
 
 /// A grid of alpha values over the unit square of texture coordinates (u, v), with a lookup and a
@@ -156,7 +156,8 @@ impl AlphaTexels {
         Self { cutoff, ..self }
     }
 
-    /// The alpha value at texture coordinates; not a number where a coordinate is not finite.
+    /// Returns the alpha value at texture coordinates; not a number where a coordinate is not
+    /// finite.
     #[must_use]
     pub fn alpha(&self, uv: [f64; 2]) -> f64 {
         if !(uv[0].is_finite() && uv[1].is_finite()) {
@@ -171,8 +172,8 @@ impl AlphaTexels {
         self.cutoff.hides(self.alpha(uv))
     }
 
-    /// Converts texture coordinates to texels, shifted such that within each cell between whole
-    /// numbers the value is given by one formula.
+    /// Converts texture coordinates to units of texels, shifted such that within each cell of the
+    /// grid of integers one formula gives the value.
     #[inline]
     fn texels(&self, uv: [f64; 2]) -> [f64; 2] {
         let shift = match self.lookup {
@@ -183,7 +184,7 @@ impl AlphaTexels {
         [0, 1].map(|k| uv[k] * self.size[k] as f64 - shift)
     }
 
-    /// The value at a point in texels.
+    /// Returns the alpha value at a point in units of texels.
     #[inline]
     fn value(&self, at: [f64; 2]) -> f64 {
         let cell = at.map(whole);
@@ -193,7 +194,7 @@ impl AlphaTexels {
         }
     }
 
-    /// The value of a texel, which may be beyond the edges.
+    /// Returns the value of a texel, which may be beyond the edges of the grid.
     #[inline]
     fn texel(&self, at: [i64; 2]) -> f64 {
         let wrapped = [0, 1].map(|k| {
@@ -215,7 +216,7 @@ impl AlphaTexels {
         self.values.get(index).copied().map_or(0.0, f64::from)
     }
 
-    /// The values at the corners of a cell.
+    /// Returns the values at the corners of a cell of the grid of texels' centres.
     #[inline]
     fn corners(&self, [i, j]: [i64; 2]) -> Corners {
         let row = |j| [self.texel([i, j]), self.texel([i + 1, j])];
@@ -225,14 +226,14 @@ impl AlphaTexels {
     /// Pushes the intervals of the segment between two texture coordinates where the grid hides.
     fn hides_along(&self, ends: [[f64; 2]; 2], hidden: &mut Vec<Interval>) {
         let ends = ends.map(|uv| self.texels(uv));
-        // Append a piece, and join it to the one before if they touch.
+        // Append an interval, and join it to the one before if they touch.
         let mut piece = |lo: f64, hi: f64, hides: bool| match hidden.last_mut() {
             _ if !(hides && lo < hi) => {}
             #[allow(clippy::float_cmp, reason = "the same number")]
             Some(last) if last.hi == lo => last.hi = hi,
             _ => hidden.push(Interval { lo, hi }),
         };
-        // Go through the cells that the segment passes.
+        // Go through the cells that the segment crosses.
         march(ends, |cell, lo, hi| match self.lookup {
             AlphaLookup::Nearest => piece(lo, hi, self.cutoff.hides(self.texel(cell))),
             AlphaLookup::Bilinear => {
@@ -254,7 +255,7 @@ impl AlphaTexels {
                 for to in roots.into_iter().chain([1.0]) {
                     if from < to {
                         let middle = along([a, b], 0.5 * (from + to));
-                        // The end of a cell is the beginning of the next, to the bit.
+                        // The end of a cell is exactly the beginning of the next.
                         let end = if to < 1.0 {
                             (lo + (hi - lo) * to).min(hi)
                         } else {
@@ -269,7 +270,7 @@ impl AlphaTexels {
     }
 }
 
-/// The floor of a number, limited to ±2⁴⁰.
+/// Returns the floor of a number, limited to ±2⁴⁰.
 #[inline]
 #[allow(
     clippy::cast_possible_truncation,
@@ -286,7 +287,7 @@ fn along([a, b]: [[f64; 2]; 2], s: f64) -> [f64; 2] {
     [0, 1].map(|k| a[k] * (1.0 - s) + b[k] * s)
 }
 
-/// The values at the corners of a cell, by rows.
+/// The alpha values at the four corners of a cell, by rows.
 #[derive(Clone, Copy)]
 struct Corners([[f64; 2]; 2]);
 
@@ -299,8 +300,9 @@ impl Corners {
         low + (high - low) * y
     }
 
-    /// Finds where the value is `cutoff` on a segment through the cell: up to two parameters
-    /// between 0 and 1 in ascending order; 1 in place of each that does not exist.
+    /// Finds where the alpha value is `cutoff` on a segment from `a` to `b` through the cell: up to
+    /// two parameters between 0 and 1 in ascending order, with 1 in place of each that does not
+    /// exist.
     ///
     /// Along the segment the value is A + B t + C t². To lose no digits to cancellation, the root
     /// in whose formula the two terms have the same sign is computed first, and the other from
@@ -324,14 +326,14 @@ impl Corners {
     }
 }
 
-/// The coordinates of a point relative to a cell, from 0 to 1.
+/// Returns the coordinates of a point relative to a cell, from 0 to 1.
 #[inline]
 fn place_in(cell: [i64; 2], at: [f64; 2]) -> [f64; 2] {
     #[allow(clippy::cast_precision_loss, reason = "at most 2^40")]
     [0, 1].map(|k| (at[k] - cell[k] as f64).clamp(0.0, 1.0))
 }
 
-/// Visits the cells of the unit grid that a segment passes, in order, each with the parameters
+/// Visits the cells of the unit grid that a segment crosses, in order, each with the parameters
 /// where the segment enters and leaves it.
 ///
 /// The parameters of borders are computed from the segment's ends and not added up, so that each is
@@ -401,8 +403,8 @@ pub struct AlphaMask {
 }
 
 impl AlphaMask {
-    /// Creates the mask from the texture coordinates of each triangle's corners. A triangle whose
-    /// number is beyond the list has no holes.
+    /// Creates the mask from the grid of texels and the texture coordinates of each triangle's
+    /// corners. A triangle whose index is beyond the list has no holes.
     pub fn new(texels: Arc<AlphaTexels>, uv: Vec<[[f64; 2]; 3]>) -> Result<Self, AlphaError> {
         let fits = |corners: &[[f64; 2]; 3]| {
             let corners = corners.map(|corner| texels.texels(corner));
@@ -421,8 +423,8 @@ impl AlphaMask {
         &self.texels
     }
 
-    /// The texture coordinates at barycentric coordinates, which are limited to the triangle;
-    /// `None` if the triangle has no texture coordinates.
+    /// Returns the texture coordinates at a point given by barycentric coordinates, which are
+    /// limited to the triangle; `None` if the triangle has no texture coordinates.
     #[inline]
     fn uv(&self, triangle: u32, [b, c]: [f64; 2]) -> Option<[f64; 2]> {
         let corners = self.uv.get(triangle as usize)?;

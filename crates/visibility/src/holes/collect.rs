@@ -1,5 +1,5 @@
-//! The search for triangles between a point and a light that does not ask what they hide; it is
-//! used for triangles with holes, where a filter has to be called later.
+//! The search for triangles between a point and a light that does not determine what they hide. It
+//! is used for triangles with holes, for which a filter is called later.
 
 use crate::{
     bvh::Bvh,
@@ -20,16 +20,16 @@ use std::ops::ControlFlow;
 pub(crate) struct Collected {
     /// The latest light.
     pub(crate) light: Light,
-    /// The light as seen from the point.
+    /// The projective frame of the light for the shading point.
     pub(crate) frame: LightFrame,
-    /// The triangles, by leaf × 8 + lane.
+    /// The slots of the triangles that were found: leaf × 8 + lane.
     pub(crate) slots: Vec<u32>,
     stack: Vec<u32>,
 }
 
 /// Finds the triangles that may be between a point and `all.light`, and stores them in `all.slots`:
-/// all that are between them, and few others. All triangles are stored if the shaft has no frame or
-/// bounds.
+/// every triangle that is between the two, and few others. If the shaft has no frame or bounds, all
+/// triangles are stored.
 #[inline(always)]
 fn between_kernel<S: Simd>(
     s: S,

@@ -1,4 +1,5 @@
-//! Visibility past triangles with holes: rays and lines that call a [`Filter`](crate::Filter).
+//! Visibility of points and lines through triangles with holes: rays and lines that call a
+//! [`Filter`](crate::Filter).
 
 use crate::{
     brute::LineView,
@@ -20,8 +21,9 @@ use linelit_geometry::{
 use linelit_simd::{Simd, dispatch};
 use std::ops::ControlFlow;
 
-/// Finds the closest triangle that the ray hits where it hides something; with `any`, the first
-/// that is found.
+/// Returns the closest hit of the ray with a triangle at a point where the filter says that the
+/// triangle hides something; if `any` is true, the first such hit that is found, which need not be
+/// the closest.
 #[inline(always)]
 fn meet_kernel<S: Simd>(
     s: S,
@@ -85,10 +87,11 @@ dispatch! {
     pub(crate) fn meet = meet_kernel(bvh: &Bvh, ray: &Ray, filter: &AnyFilter, any: bool, scratch: &mut RayScratch, counters: &mut Counters) -> Option<Hit>
 }
 
-/// If there are more triangles than this before a light, those before each line are collected anew.
+/// If there are more triangles than this before a light, the triangles before each line are
+/// searched for separately.
 const MANY: usize = 48;
 
-/// A query about what is visible past the triangles with holes between a point and a light.
+/// A query about which parts of a light the triangles with holes do not hide from a shading point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Past<'a> {
     pub(crate) bvh: &'a Bvh,
@@ -97,12 +100,12 @@ pub(crate) struct Past<'a> {
     pub(crate) margins: Margins,
 }
 
-/// Buffers for queries past triangles with holes.
+/// Buffers for queries with triangles with holes.
 #[derive(Debug, Default)]
 pub(crate) struct PastScratch {
-    /// Triangles between the point and the light.
+    /// The triangles between the point and the light.
     light: Collected,
-    /// Triangles between the point and a line.
+    /// The triangles between the point and one line.
     line: Collected,
     set: IntervalSet,
     hidden: Vec<Interval>,
@@ -128,7 +131,7 @@ impl Past<'_> {
         collect::between(self.bvh.isa, self.bvh, &self.point, all, counters);
     }
 
-    /// Whether any triangle hides a point of the light.
+    /// Whether any triangle with holes hides a point of the light.
     pub(crate) fn hides(
         &self,
         target: DVec3,
@@ -138,8 +141,8 @@ impl Past<'_> {
         self.ray_meets(target, &mut scratch.rays, counters)
     }
 
-    /// Whether a shadow ray to a point hits a triangle with holes where it hides something; true if
-    /// there is no such ray.
+    /// Whether the shadow ray to a point hits a triangle with holes where the triangle hides
+    /// something; true if there is no such ray because a coordinate is not finite.
     fn ray_meets(&self, target: DVec3, rays: &mut RayScratch, counters: &mut Counters) -> bool {
         let Some(ray) = shadow_ray(self.bvh, self.point, target, self.margins) else {
             return true;
@@ -156,8 +159,8 @@ impl Past<'_> {
         .is_some()
     }
 
-    /// Reduces the visible parts of lines in `out` to what is visible past the triangles with
-    /// holes, too. The lines are on the light for which triangles were [found](Past::look).
+    /// Reduces the visible parts of lines in `out` to the parts that triangles with holes do not
+    /// hide either. The lines have to be on the light for which triangles were [found](Past::look).
     pub(crate) fn keep_visible(
         &self,
         lines: &[Segment],
@@ -167,8 +170,8 @@ impl Past<'_> {
     ) {
         let mut kept = std::mem::take(&mut scratch.visible);
         kept.reset(lines.len());
-        // Start from the visible parts, by clipping away the gaps between them; then clip what
-        // holes leave hidden.
+        // Start from the visible parts, by clipping away the gaps between them; then clip the parts
+        // that triangles with holes hide.
         for (i, line) in lines.iter().enumerate() {
             scratch.set.reset();
             let mut from = -1.0;
@@ -194,8 +197,9 @@ impl Past<'_> {
             ..
         } = scratch;
         let view = LineView::new(self.bvh, self.point, line, self.margins);
-        // A line seen end on is hidden if an end is hidden. A line that is so short that rounding
-        // decides its parts counts as hidden unless both ends are visible.
+        // A line seen end on is hidden if one of its ends is hidden. A line that is so short that
+        // rounding decides which of its parts are hidden counts as hidden unless both ends are
+        // visible.
         let rough = view.as_ref().is_none_or(|view| view.point_like);
         let mut dark = || {
             [line.p0, line.p1]
@@ -208,7 +212,7 @@ impl Past<'_> {
         let Some(view) = view else {
             return;
         };
-        // Collect the triangles before this line if there are many before the light.
+        // Search for the triangles before this line if there are many before the light.
         let mut few = &light.slots;
         if few.len() > MANY {
             self.collect((&[line.p0, line.p1]).into(), own, counters);

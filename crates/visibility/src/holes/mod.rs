@@ -1,5 +1,5 @@
-//! Triangles with holes: a second hierarchy next to that of the solid triangles, and a filter. The
-//! queries of `Occluders` combine what is visible past both.
+//! Triangles with holes: a second hierarchy next to the one of the solid triangles, and a filter.
+//! The queries of `Occluders` combine the results of both hierarchies.
 
 pub(crate) mod alpha;
 mod collect;
@@ -23,7 +23,8 @@ pub(crate) struct Holes {
 }
 
 impl Holes {
-    /// Finds the closest hit of a ray: `hit`, or a triangle with holes that is nearer.
+    /// Returns the closest hit of a ray: `hit`, its closest hit with a solid triangle, or the hit
+    /// with a triangle with holes if that is nearer.
     pub(crate) fn closest(
         &self,
         ray: &Ray,
@@ -62,7 +63,8 @@ impl Holes {
         )
     }
 
-    /// Creates the query past the triangles with holes between a point and a light.
+    /// Returns the query for the parts of a light that triangles with holes do not hide from a
+    /// point.
     pub(crate) fn past(&self, point: DVec3, margins: Margins) -> Past<'_> {
         Past {
             bvh: &self.bvh,

@@ -13,9 +13,10 @@
 //!
 //! Each lane's ray ends at its hit so far, and boxes that begin beyond all ends are skipped.
 //!
-//! Hits are those of [`WatertightRay`](crate::rays::watertight::WatertightRay) to the bit, for the
-//! operations are the same: that test permutes the axes by the longest component of the direction
-//! and its sign, so packets are for rays that agree in both.
+//! The hits are bit-identical to the hits of
+//! [`WatertightRay`](crate::rays::watertight::WatertightRay), because the operations are the same:
+//! that test permutes the axes by the longest component of the direction and its sign, so packets
+//! are for rays that agree in both.
 
 use crate::{
     bvh::Bvh,
@@ -33,28 +34,31 @@ use crate::{
 use linelit_simd::{Simd, dispatch};
 use std::ops::ControlFlow;
 
-/// A factor that exceeds the rounding of a positive number to `f32`.
+/// A factor that makes a positive `f64` at least as large after rounding to `f32` as before.
 const UP: f32 = 1.0 + 2.0 * f32::EPSILON;
 
-/// The id of no triangle: greater than all numbers of triangles.
+/// The value of [`Nearest::id`] for a ray that has hit no triangle: greater than all indices of
+/// triangles.
 const NONE: f64 = (1_u64 << 32) as f64;
 
 /// The closest hit so far of each of eight rays.
 struct Nearest<S: Simd> {
-    /// The distance at which rays begin.
+    /// The distance at which the rays begin.
     t_min: S::D,
-    /// The distance at which each ray ends: where it hits the triangle, or `t_max` so far.
+    /// For each ray, the distance at which it ends: where it hits the closest triangle so far, or
+    /// `t_max` before any hit.
     t: S::D,
-    /// The triangle's number, or [`NONE`].
+    /// For each ray, the index of the triangle that it hits, or [`NONE`].
     id: S::D,
-    /// Edge functions of the second and third corner, and the sum of all.
+    /// For each ray, the edge functions of the triangle's second and third corner, and the sum of
+    /// all three edge functions; their quotients are the barycentric coordinates.
     v: S::D,
     w: S::D,
     det: S::D,
 }
 
 impl<S: Simd> Nearest<S> {
-    /// Rays that have met no triangle.
+    /// Returns the state of rays that have hit no triangle.
     #[inline(always)]
     fn none(s: S, t_min: f64, t_max: f64) -> Self {
         Self {
@@ -67,7 +71,7 @@ impl<S: Simd> Nearest<S> {
         }
     }
 
-    /// Writes the hit of each ray.
+    /// Writes the hit of each ray to `hits`, or `None` for a ray that hit no triangle.
     #[inline(always)]
     fn write(&self, s: S, hits: &mut [Option<Hit>; 8]) {
         let mut rows = Lanes([[0.0; 8]; 4]);
@@ -91,8 +95,8 @@ impl<S: Simd> Nearest<S> {
     }
 }
 
-/// Eight rays in coordinates in which each goes along the last axis: the axes permuted for all, and
-/// sheared for each.
+/// Eight rays in coordinates in which each goes along the last axis: the axes are permuted in the
+/// same way for all rays, and sheared for each ray by itself.
 struct ShearedRays<S: Simd> {
     origin: [f64; 3],
     axes: [usize; 3],
@@ -100,11 +104,12 @@ struct ShearedRays<S: Simd> {
 }
 
 impl<S: Simd> ShearedRays<S> {
-    /// Prepares rays whose directions are within the box from `low` to `high`; `None` if they may
-    /// differ in the axis of their longest component or in its sign.
+    /// Prepares rays whose directions are within the box from `low` to `high`; `None` if the
+    /// directions may differ in the axis of their longest component or in that component's sign.
     #[inline(always)]
     fn new(s: S, rays: &Rays, origin: [f64; 3], [low, high]: [[f64; 3]; 2]) -> Option<Self> {
-        // Find the axis along which the least component is longer than the others' most.
+        // Find the axis along which the least absolute component of any direction is larger than
+        // the largest along the other axes.
         let least = |k: usize| f64::max(low[k], -high[k]);
         let most = |k: usize| f64::max(high[k], -low[k]);
         let is_longest = |&k: &usize| {
@@ -124,7 +129,8 @@ impl<S: Simd> ShearedRays<S> {
         })
     }
 
-    /// A vertex in each ray's coordinates; the last is the same in all.
+    /// Returns a vertex in the coordinates of each ray; the last coordinate is the same for all
+    /// rays.
     #[inline(always)]
     fn vertex(&self, s: S, v: &[f32; 3]) -> (S::D, S::D, f64) {
         let [x, y, z] = self.axes.map(|k| f64::from(v[k]) - self.origin[k]);
@@ -135,8 +141,8 @@ impl<S: Simd> ShearedRays<S> {
         )
     }
 
-    /// Tests a triangle of a leaf against all rays, and makes it the hit of each ray where it is
-    /// nearer; false if it is for no ray.
+    /// Tests a triangle of a leaf against all rays, and stores it in `nearest` for each ray that
+    /// hits it nearer than any triangle so far. Returns false if there is no such ray.
     #[inline(always)]
     fn meet(&self, s: S, leaf: &Leaf, lane: usize, nearest: &mut Nearest<S>) -> bool {
         // Compute the edge functions; done if for each ray some are positive and some negative.
@@ -166,7 +172,7 @@ impl<S: Simd> ShearedRays<S> {
         if s.bits(take) == 0 {
             return false;
         }
-        // Take it there.
+        // Store this triangle as the hit of the rays for which it is nearer.
         nearest.t = s.select(take, nearest.t, t);
         nearest.id = s.select(take, nearest.id, id);
         nearest.v = s.select(take, nearest.v, v);
@@ -182,7 +188,7 @@ struct ClosestOfPacket<S: Simd> {
     packet: Packet,
     rays: ShearedRays<S>,
     nearest: Nearest<S>,
-    /// The end of each ray: the distance of its hit so far, rounded up.
+    /// For each ray, the distance of its closest hit so far, at which the ray ends, rounded up.
     reach: S::F,
 }
 
@@ -218,7 +224,9 @@ impl<S: Simd> NearestFirst<S> for ClosestOfPacket<S> {
     }
 }
 
-/// Finds the closest hits of up to eight rays; false if the packet's tests are not valid for them.
+/// Finds the closest hits of up to eight rays. Returns false, with no hits, if the tests of packets
+/// are not valid for these rays: they may differ in their longest axis, or exceed the limits of the
+/// error bounds.
 #[inline(always)]
 fn closest_kernel<S: Simd>(
     s: S,
@@ -247,7 +255,7 @@ fn closest_kernel<S: Simd>(
         rays,
         nearest: Nearest::none(s, fan.t_min, fan.t_max),
     };
-    // Walk, and write what was met.
+    // Walk the hierarchy, and write the hits.
     wait_for_root(&mut scratch.waiting, 0xff);
     nearest_first(
         s,

@@ -1,5 +1,5 @@
 //! Fans: rays from one point, and the tests that they share.
-//! `Occluders::any_hits` and `closest_hits` trace them.
+//! `Occluders::any_hits` and `Occluders::closest_hits` trace them.
 //!
 //! In a leaf, eight triangles are first tested against the box that holds the directions of all
 //! rays. This shows for most triangles that they hide no ray, and for some that they hide all rays;
@@ -20,10 +20,11 @@ use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 use std::ops::Range;
 
-/// The most rays of a [`Fan`].
+/// The largest number of rays in a [`Fan`] for `Occluders::any_hits`,
+/// whose answer has one bit per ray.
 pub const FAN: usize = u64::BITS as usize;
 
-/// Fans with fewer rays than this are traced ray by ray.
+/// The number of rays in a fan below which each ray is traced by itself.
 pub(crate) const FEW: usize = 4;
 
 /// Rays from one point, `origin + t·direction` for `t_min` ≤ t ≤ `t_max`, each with its own
@@ -32,11 +33,12 @@ pub(crate) const FEW: usize = 4;
 pub struct Fan<'a> {
     /// The origin of all rays, where t = 0.
     pub origin: DVec3,
-    /// For each ray the vector by which it advances per unit of t; at most [`FAN`] of them.
+    /// For each ray the vector by which it advances per unit of t. There may be at most [`FAN`]
+    /// rays for `Occluders::any_hits`.
     pub directions: &'a [DVec3],
-    /// Least t, not negative.
+    /// The least t, which must not be negative.
     pub t_min: f64,
-    /// Largest t.
+    /// The largest t.
     pub t_max: f64,
 }
 
@@ -50,7 +52,7 @@ impl Fan<'_> {
         }
     }
 
-    /// A mask with a bit for each ray; the lowest bit is the first ray's.
+    /// Returns a mask with a bit for each ray of the fan; the lowest bit is the first ray's.
     #[must_use]
     pub fn all(&self) -> u64 {
         match self.directions.len() {
@@ -80,7 +82,7 @@ pub(crate) fn one_by_one(
     hidden
 }
 
-/// The rows x, y and z of eight directions.
+/// The directions of eight rays, as the rows x, y and z.
 pub(crate) type Rays = Lanes<[[f64; 8]; 3]>;
 
 /// The directions of a fan in groups of eight; the last direction is repeated to fill its group.
@@ -93,8 +95,8 @@ pub(crate) struct Directions(pub(crate) [Rays; FAN / 8]);
 pub(crate) const LARGEST: f64 = 1e30;
 
 impl Directions {
-    /// Stores the directions of a fan and returns their box; `None` if not all of them are within
-    /// the limits of the tests of this module.
+    /// Stores the directions of a fan and returns the lowest and the highest corner of their
+    /// bounding box; `None` if some direction exceeds the limits of the tests of this module.
     #[inline(always)]
     pub(crate) fn set<S: Simd>(&mut self, s: S, fan: &Fan<'_>) -> Option<[[f64; 3]; 2]> {
         let (mut low, mut high) = ([s.dsplat(f64::MAX); 3], [s.dsplat(-f64::MAX); 3]);
@@ -140,15 +142,18 @@ impl Directions {
     }
 }
 
-/// A box of directions, ready for tests.
+/// A *beam*: the bounding box of the directions of several rays from one origin, prepared for tests
+/// that hold for all these rays at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
-    /// The middle of the box, and half its size, rounded up.
+    /// The centre of the box of directions, and half its size, rounded up.
     middle: [f64; 3],
     half: [f64; 3],
-    /// The origin, rounded to `f32`, and then inverse and offset in `t = (bound − near) · inverse +
-    /// offset` ([`Split`]). On each axis, `enter` is for the lower and the upper bound of a box,
-    /// and `leave` for the bound in the given row of a node, at which the last ray leaves.
+    /// The origin, rounded to `f32`; then pairs of an inverse and an offset, such that the plane of
+    /// a box at `bound` is reached at `t = (bound − near) · inverse + offset` ([`Split`]). For each
+    /// axis, `enter` has two pairs, for the lower and the upper bound of a box: the distances at
+    /// which the first ray enters it. `leave` has one pair, and the row of a node's bounds through
+    /// which the last ray leaves the box.
     near: [f32; 3],
     enter: [[[f32; 2]; 2]; 3],
     leave: [([f32; 2], usize); 3],
@@ -160,8 +165,8 @@ pub(crate) struct Beam {
     reason = "the bounds allow for the rounding"
 )]
 impl Beam {
-    /// Creates the beam of a box of directions; `origin` and all vertices are at most `size` from
-    /// the hierarchy's origin on each axis.
+    /// Creates the beam of the box of directions from `low` to `high`. `size` is the largest
+    /// absolute coordinate of `origin` and of all vertices, in the hierarchy's coordinates.
     #[inline(always)]
     fn new([low, high]: [[f64; 3]; 2], t_max: f64, origin: [f64; 3], size: f64) -> Self {
         let largest = largest_inverse_at(size);
@@ -174,7 +179,7 @@ impl Beam {
             t_max: (t_max + t_max * ROOM + f64::from(f32::MIN_POSITIVE)) as f32,
         };
         for k in 0..3 {
-            // Compute the middle and half the size of the box, with a margin for rounding.
+            // Compute the centre and half the size of the box, with a margin for rounding.
             let (lo, hi) = (low[k], high[k]);
             beam.middle[k] = 0.5 * (lo + hi);
             beam.half[k] = 0.5 * (hi - lo) + 2.0 * f64::EPSILON * lo.abs().max(hi.abs());
@@ -184,8 +189,8 @@ impl Beam {
                 let inverse = inverse as f32;
                 [inverse, split.offset(inverse, sign)]
             };
-            // If no direction ascends, a box above is entered only at the largest distance;
-            // likewise below.
+            // If no direction ascends along this axis, a box above the origin is entered only at
+            // the largest distance; likewise below.
             let up = if hi > 0.0 {
                 (1.0 / hi).min(largest)
             } else {
@@ -207,7 +212,8 @@ impl Beam {
         beam
     }
 
-    /// The boxes of a node that some ray may enter before `t_max`, and a lower bound of where.
+    /// Returns a bit for each box of a node that some ray of the beam may enter before `t_max`, and
+    /// lower bounds of the distances at which the boxes are entered.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> (u8, S::F) {
         let mut near = s.splat(0.0);
@@ -227,13 +233,13 @@ impl Beam {
     }
 }
 
-/// The numbers that all tests of a fan share.
+/// The parameters and error bounds that all tests of a fan share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tests {
     pub(crate) origin: [f64; 3],
     /// The largest absolute coordinate of the origin and of all vertices.
     pub(crate) size: f64,
-    /// The excluded triangles: the first number, and how many.
+    /// The excluded triangles: the index of the first, and how many.
     exclude: (u32, u32),
     t_min: f64,
     t_max: f64,
@@ -244,9 +250,11 @@ pub(crate) struct Tests {
     near_room: f64,
 }
 
-/// What the tests of a ray need of eight triangles with corners a, b, c relative to the origin: the
-/// rows of b × c, c × a and a × b, with the sign that makes T = a·(b × c) positive; then T, the
-/// error bound of the edge functions, and that of T, negative where the sign of T is not certain.
+/// Eight triangles prepared for the tests of rays, with corners a, b, c relative to the rays'
+/// origin. Rows 0 to 8 are b × c, c × a and a × b, multiplied by the sign that makes T = a·(b × c)
+/// positive. Row 9 is T, and row 10 the error bound of the edge functions. Row 11 is the error
+/// bound of T where the sign of T is certain; elsewhere it is negative, minus the margin for hits
+/// near the origin.
 type Prepared = Lanes<[[f64; 8]; 12]>;
 
 impl Tests {
@@ -289,13 +297,14 @@ impl Tests {
         }
     }
 
-    /// Creates the beam of a box of directions.
+    /// Creates the beam of a box of directions, given by its lowest and highest corner.
     #[inline(always)]
     pub(crate) fn beam(&self, bounds: [[f64; 3]; 2]) -> Beam {
         Beam::new(bounds, self.t_max, self.origin, self.size)
     }
 
-    /// A vertex of eight triangles.
+    /// Returns one vertex of each of the eight triangles of a leaf, relative to the rays' origin;
+    /// `first` is the index of the vertex's first row.
     #[inline(always)]
     fn vertex<S: Simd>(&self, s: S, leaf: &Leaf, first: usize) -> [S::D; 3] {
         let v = &leaf.vertices;
@@ -306,8 +315,9 @@ impl Tests {
         ]
     }
 
-    /// Prepares the triangles of a leaf, and tests them against the whole beam: returns those that
-    /// may hide some ray, and those that hide all.
+    /// Prepares the triangles of a leaf for tests with single rays, stores them in `out`, and tests
+    /// them against the whole beam. Returns a bit for each triangle that may hide some ray, and a
+    /// bit for each that hides all rays.
     #[inline(always)]
     fn prepare<S: Simd>(&self, s: S, beam: &Beam, leaf: &Leaf, out: &mut Prepared) -> (u8, u8) {
         let zero = s.dsplat(0.0);
@@ -360,7 +370,8 @@ impl Tests {
         (s.bits(some), s.bits(all))
     }
 
-    /// Returns which of eight rays, among the `open` ones, a prepared triangle hides.
+    /// Returns a bit for each of eight rays, among those in the mask `open`, that a prepared
+    /// triangle hides.
     #[inline(always)]
     fn hides<S: Simd>(
         &self,
@@ -413,7 +424,7 @@ impl Tests {
         hidden & open
     }
 
-    /// Returns which of the `open` rays the triangles of a leaf hide.
+    /// Returns a bit for each of the `open` rays that a triangle of the leaf hides.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(
         &self,
@@ -424,7 +435,7 @@ impl Tests {
         rays: &[Rays],
         open: u64,
     ) -> u64 {
-        // Test the whole beam: a triangle that hides every ray settles the leaf.
+        // Test the whole beam: if a triangle hides every ray, the leaf is done.
         let mut prepared = Lanes([[0.0; 8]; 12]);
         let (some, all) = self.prepare(s, beam, leaf, &mut prepared);
         let among = child.mask() & !s.in_range(&leaf.id, self.exclude.0, self.exclude.1);
@@ -449,8 +460,8 @@ impl Tests {
     }
 }
 
-/// The least and the largest value of n·d over the box of directions, each with an error below that
-/// of n·d itself.
+/// Returns the least and the largest value of n·d over all directions d of the beam, each with an
+/// error below the error of n·d itself.
 #[inline(always)]
 fn range<S: Simd>(s: S, beam: &Beam, n: &[S::D; 3]) -> (S::D, S::D) {
     let Beam {

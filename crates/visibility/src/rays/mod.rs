@@ -14,8 +14,9 @@ use linelit_geometry::{DVec3, Margins};
 use std::ops::Range;
 
 impl Occluders {
-    /// The closest triangle that the ray hits. Among equally near triangles, a solid one comes
-    /// before one with holes, and then the smallest number wins.
+    /// Returns the closest triangle that the ray hits, or `None` if the ray hits none. Among
+    /// equally near triangles, a solid one comes before one with holes, and then the one with the
+    /// smallest index.
     ///
     /// The test is watertight: a ray towards a shared edge or corner hits one of the triangles
     /// there. A triangle with holes counts only where its filter says that it hides what is behind.
@@ -28,10 +29,10 @@ impl Occluders {
         }
     }
 
-    /// Whether the ray hits any triangle. Solid triangles with numbers in `exclude` are ignored;
+    /// Whether the ray hits any triangle. Solid triangles with indices in `exclude` are ignored;
     /// triangles with holes are not.
     ///
-    /// The same triangles count as for [`Occluders::closest_hit`].
+    /// The same triangles count as hit as for [`Occluders::closest_hit`].
     pub fn any_hit(&self, ray: &Ray, exclude: &Range<u32>, scratch: &mut Scratch) -> bool {
         scratch.counters.rays += 1;
         let Scratch { rays, counters, .. } = scratch;
@@ -39,7 +40,7 @@ impl Occluders {
         is_met || self.any_with_holes(ray, scratch)
     }
 
-    /// The nearest of the solid triangles.
+    /// Returns the closest hit among the solid triangles.
     fn own_closest(&self, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
         let Scratch { rays, counters, .. } = scratch;
         ray::closest(self.bvh.isa, &self.bvh, ray, rays, counters)
@@ -54,10 +55,11 @@ impl Occluders {
         }
     }
 
-    /// The shadow rays from `origin` to points given relative to it, shortened by the margins at
-    /// both ends.
+    /// Returns the fan of shadow rays from `origin` to points given relative to it, shortened by
+    /// the margins at both ends.
     ///
-    /// A fan has one `t_min`: the margin near the point of the ray that goes farthest.
+    /// A fan has one `t_min` for all rays: the margin near the origin for the ray that goes
+    /// farthest.
     #[must_use]
     pub fn shadow_rays<'a>(
         &self,
@@ -109,7 +111,7 @@ impl Occluders {
     /// same as [`Occluders::closest_hit`] for one ray after the other, but faster where neighbours
     /// in the fan have almost the same direction, as rays through the pixels of a row have.
     ///
-    /// The hits are the same to the bit, except for rays that lie in the plane of a triangle up to
+    /// The hits are bit-identical, except for rays that lie in the plane of a triangle up to
     /// rounding: whether and where such a triangle is hit is arbitrary. There may be any number of
     /// rays. In the [`Counters`](crate::Counters), a test of several rays at once counts as one
     /// test.

@@ -27,10 +27,10 @@ use linelit_simd::Simd;
 
 /// Eight rays that walk together.
 pub(crate) struct Packet {
-    /// The box of their directions.
+    /// The beam of the eight rays: the bounding box of their directions.
     pub(crate) beam: Beam,
     slabs: Slabs,
-    /// The rays for which the open node was opened.
+    /// A bit for each ray that enters the node that is open now.
     pub(crate) active: u8,
 }
 
@@ -45,8 +45,8 @@ impl Packet {
         }
     }
 
-    /// The active rays that may enter a box of the open node before their ends `far`; `None` if
-    /// there are none.
+    /// Returns a bit for each active ray that may enter a box of the open node before the ray's end
+    /// `far`; `None` if no ray does.
     #[inline(always)]
     pub(crate) fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, far: S::F) -> Option<u8> {
         let entering = self.active & self.slabs.enter(s, node, lane, far);
@@ -54,9 +54,10 @@ impl Packet {
     }
 }
 
-/// Eight rays, ready for the slab test: a plane `x = bound` is reached at `t = bound · inverse +
-/// offset ± room`. Unlike a [`Beam`], the rays may differ in the plane through which they enter a
-/// box, so the test takes the lesser of both distances.
+/// Eight rays, ready for the slab test: the plane `x = bound` is reached at `t = bound · inverse +
+/// offset ± room`, where `room` is the margin for rounding. Unlike the rays of a beam
+/// ([`Beam`]), these may differ in the plane through which they enter a box, so the test
+/// takes the lesser of both distances.
 #[derive(Default)]
 struct Slabs {
     inverse: [[f32; 8]; 3],
@@ -82,7 +83,7 @@ impl Slabs {
         out
     }
 
-    /// The rays that may enter a box of a node before their ends `far`.
+    /// Returns a bit for each ray that may enter a box of a node before the ray's end `far`.
     #[inline(always)]
     fn enter<S: Simd>(&self, s: S, node: &Node, lane: usize, mut far: S::F) -> u8 {
         let mut near = s.splat(0.0);
@@ -99,8 +100,9 @@ impl Slabs {
     }
 }
 
-/// The largest absolute coordinate of a fan's origin and of all vertices, to which error bounds are
-/// relative; `None` if the error bounds do not hold for this fan, or the hierarchy is empty.
+/// Returns the largest absolute coordinate of a fan's origin and of all vertices, to which error
+/// bounds are relative; `None` if the error bounds do not hold for this fan, or the hierarchy is
+/// empty.
 #[inline(always)]
 pub(crate) fn size_of(bvh: &Bvh, fan: &Fan<'_>) -> Option<f64> {
     let origin = fan.origin - bvh.origin;
@@ -111,9 +113,9 @@ pub(crate) fn size_of(bvh: &Bvh, fan: &Fan<'_>) -> Option<f64> {
     is_for_packets.then_some(size)
 }
 
-/// The numbers of the rays in the set `some`, and how many there are, in an order in which
-/// neighbours have almost the same direction: along a Z curve (Morton code) through 8 × 8 cells
-/// over the two widest sides of the box of directions.
+/// Sorts the rays in the set `some` so that neighbours have almost the same direction, and returns
+/// their indices and how many there are. The order is along a Z curve (Morton code) through 8 × 8
+/// cells over the two widest sides of the box of directions.
 ///
 /// ```text
 ///     0  1 │ 4  5        the bits of a cell's number: y₂ x₂ y₁ x₁ y₀ x₀

@@ -21,9 +21,9 @@ pub struct Ray {
     pub origin: DVec3,
     /// The vector by which the ray advances per unit of t.
     pub direction: DVec3,
-    /// Least t.
+    /// The least t, which must not be negative.
     pub t_min: f64,
-    /// Largest t, possibly infinite.
+    /// The largest t, possibly infinite.
     pub t_max: f64,
 }
 
@@ -43,28 +43,29 @@ impl Ray {
 /// Where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// The triangle's number in the list the occluders were built from.
+    /// The triangle's index in the list that the occluders were built from.
     pub triangle: u32,
-    /// Distance in units of the ray's direction.
+    /// The distance along the ray, in units of the length of its direction.
     pub t: f64,
-    /// Barycentric coordinates of the triangle's second and third corner.
+    /// The barycentric coordinates of the triangle's second and third corner at the hit.
     pub barycentric: [f64; 2],
 }
 
-/// A ray in the hierarchy's coordinates, prepared for tests.
+/// A ray in the hierarchy's coordinates, prepared for tests of boxes and triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayQuery {
     exact: WatertightRay,
     t_min: f64,
     t_max: f64,
-    /// The excluded triangles: the first number, and how many.
+    /// The excluded triangles: the index of the first, and how many.
     exclude: (u32, u32),
     /// For each axis, the rows of a node's bounds through which the ray enters and leaves.
     enter: [usize; 3],
     leave: [usize; 3],
     inverse: [f32; 3],
-    /// The origin rounded to `f32`, and the remainder of the origin in `t = (bound − near) ·
-    /// inverse + offset`, with a margin for rounding ([`Split`]).
+    /// The origin rounded to `f32`; the inverses and offsets of the planes at which the ray enters
+    /// and leaves boxes are such that `t = (bound − near) · inverse + offset`, with a margin for
+    /// rounding ([`Split`]).
     near: [f32; 3],
     offset_enter: [f32; 3],
     offset_leave: [f32; 3],
@@ -73,10 +74,11 @@ pub(crate) struct RayQuery {
 }
 
 /// 2⁻²⁰, sixteen roundings of `f32`: the margin for the few operations of a box or triangle test,
-/// relative to the largest coordinate involved.
+/// relative to the largest coordinate involved. What is outside by less than the margin counts as
+/// inside.
 pub(crate) const ROOM: f64 = 8.0 * f32::EPSILON as f64;
 
-/// The margin for values below the least normal `f32`.
+/// The margin for values below the least normal `f32`, whose relative rounding error is unbounded.
 const LEAST: f64 = f32::MIN_POSITIVE as f64;
 
 /// 2⁻⁴⁷, relative to the largest coordinate involved: the margin for the roundings in `f64` by
@@ -86,8 +88,8 @@ pub(crate) const SPLIT_ROOM: f64 = 32.0 * f64::EPSILON;
 /// 1 − 2⁻²¹: the factor that makes a distance smaller by four roundings of `f32`.
 pub(crate) const CLOSER: f32 = 1.0 - 4.768_371_6e-7;
 
-/// The largest scene for which origins are split: with larger coordinates, the plain margin is
-/// used.
+/// The largest absolute coordinate of a scene up to which ray origins are split ([`Split`]). With
+/// larger coordinates, the origin is not split and the margin [`ROOM`] is used.
 const SPLIT: f64 = 1e30;
 
 /// One coordinate of a ray's origin as the sum of an `f32` and a remainder, so that the error of
@@ -98,16 +100,18 @@ const SPLIT: f64 = 1e30;
 pub(crate) struct Split {
     pub(crate) near: f32,
     rest: f64,
-    /// The margins for rounding: in general, and for directions in which the ray hardly moves along
-    /// this axis.
+    /// The margins for rounding, in units of length: for most directions, and for directions in
+    /// which the ray hardly moves along this axis.
     room: f64,
     room_along: f64,
-    /// The [largest inverse](crate::bvh::largest_inverse_at), which such directions have.
+    /// The [largest inverse](crate::bvh::largest_inverse_at), which directions of the second kind
+    /// have.
     largest: f32,
 }
 
 impl Split {
-    /// Splits a coordinate of an origin, for a scene of this size and its largest inverse.
+    /// Splits one coordinate of an origin. `size` is the largest absolute coordinate of the scene
+    /// or the origin, and `largest` the largest inverse for that size.
     #[allow(clippy::cast_possible_truncation, reason = "the rest is kept")]
     #[inline(always)]
     pub(crate) fn new(origin: f64, size: f64, largest: f64) -> Self {
@@ -126,7 +130,8 @@ impl Split {
         }
     }
 
-    /// The offset for an inverse, with the margin subtracted, or added where `sign` is positive.
+    /// Returns the offset that belongs to the reciprocal `inverse` of a direction's component, with
+    /// the margin subtracted if `sign` is −1, or added if it is 1.
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     #[inline(always)]
     pub(crate) fn offset(&self, inverse: f32, sign: f64) -> f32 {
@@ -145,10 +150,10 @@ impl Split {
     reason = "the bounds allow for the rounding"
 )]
 impl RayQuery {
-    /// Prepares a ray; `None` if it cannot hit anything: it is not finite, has no direction, or is
-    /// empty.
+    /// Prepares a ray; `None` if it cannot hit anything: a coordinate is not finite, the direction
+    /// is zero, `t_min` exceeds `t_max`, or the hierarchy is empty.
     ///
-    /// Inlined into the kernels, so that it is never copied.
+    /// The function is inlined into the kernels, so that the result is never copied.
     #[inline(always)]
     pub(crate) fn new(bvh: &Bvh, ray: &Ray, exclude: &Range<u32>) -> Option<Self> {
         let d = ray.direction;
@@ -194,8 +199,8 @@ impl RayQuery {
         Some(q)
     }
 
-    /// The distances at which the ray enters and leaves a node's boxes along an axis, rounded
-    /// outward.
+    /// Returns the distances at which the ray enters and leaves the slabs of a node's boxes along
+    /// an axis, rounded outward.
     #[inline(always)]
     fn along<S: Simd>(&self, s: S, node: &Node, axis: usize) -> (S::F, S::F) {
         let (inverse, near) = (s.splat(self.inverse[axis]), s.splat(self.near[axis]));
@@ -207,7 +212,8 @@ impl RayQuery {
         )
     }
 
-    /// The boxes of a node that the ray may enter before `t_max`, and lower bounds of where.
+    /// Returns a bit for each box of a node that the ray may enter before `t_max`, and lower bounds
+    /// of the distances at which it enters the boxes.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node, t_max: f32) -> (u8, S::F) {
         let ((x0, x1), (y0, y1), (z0, z1)) = (
@@ -220,11 +226,12 @@ impl RayQuery {
         (s.le(near, far) & node.valid, near)
     }
 
-    /// The triangles of a leaf that the ray hits between `t_min` and `t_max`, and where: the same
-    /// as [`WatertightRay::intersect`] for eight triangles, to the bit.
+    /// Returns a bit for each triangle of a leaf that the ray hits between `t_min` and `t_max`, and
+    /// the distances of the hits. The results are bit-identical to [`WatertightRay::intersect`] for
+    /// each of the eight triangles.
     ///
-    /// There is no test in single precision first: half of the leaves hold a triangle that it could
-    /// not exclude, such as the one on which a shadow ray begins.
+    /// There is no test in single precision first: half of the leaves hold a triangle that such a
+    /// test could not exclude, such as the one on which a shadow ray begins.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, s: S, leaf: &Leaf) -> (u8, S::D) {
         let [ax, ay, az] = self.sheared(s, &leaf.vertices, 0);
@@ -247,7 +254,8 @@ impl RayQuery {
         (s.bits(some & within & !outside), t)
     }
 
-    /// One vertex of each triangle in the ray's coordinates, as in [`WatertightRay`].
+    /// Returns one vertex of each triangle in the ray's coordinates, as in [`WatertightRay`];
+    /// `first` is the index of the vertex's first row.
     #[inline(always)]
     fn sheared<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> [S::D; 3] {
         let [kx, ky, kz] = self.exact.axes;
@@ -259,8 +267,8 @@ impl RayQuery {
     }
 
     /// Finds which of a leaf's triangles in the mask `among` the ray hits first, and shortens the
-    /// ray to end there. A hit at `t_max` itself counts only if the number is smaller than `best`,
-    /// the number of the triangle that the ray has hit there, if any.
+    /// ray to end there. A hit at exactly `t_max` counts only if the triangle's index is smaller
+    /// than `best`, the index of the triangle that the ray has hit at `t_max`, if any.
     #[inline(always)]
     fn nearer<S: Simd>(
         &mut self,
@@ -320,7 +328,7 @@ impl RayQuery {
 pub(crate) struct RayScratch {
     pub(crate) stack: Vec<u32>,
     pub(crate) waiting: Waiting<()>,
-    /// The origin of the latest ray that met anything, and the leaf of what it met.
+    /// The origin of the latest ray that hit anything, and the leaf of the triangle that it hit.
     pub(crate) last: Option<(DVec3, Child)>,
 }
 
@@ -338,9 +346,9 @@ fn any_kernel<S: Simd>(
         return false;
     };
     let hierarchy = &*bvh.hierarchy;
-    // Try the leaf that was hit by the latest ray first: it often hides the next one, too. This is
-    // done only for rays from the same origin, so that the tests do not depend on which points a
-    // thread was given.
+    // Try the leaf that was hit by the latest ray first: a triangle in it often hides the next ray,
+    // too. This is done only for rays from the same origin, so that the tests do not depend on
+    // which points a thread was given.
     if let Some((origin, child)) = scratch.last
         && origin == ray.origin
         && let Some(leaf) = hierarchy.leaves.get(child.leaf_index())
@@ -494,9 +502,9 @@ pub(crate) fn shadow_ray(bvh: &Bvh, point: DVec3, target: DVec3, margins: Margin
     })
 }
 
-/// Where a ray towards a light ends, as a fraction of the way: before the light's margin, and at
-/// least 2⁻⁴⁰ before the light, since rounding moves the distance of triangles in the light's own
-/// plane.
+/// Returns where a ray towards a light ends, as a fraction of the way: before the light's margin,
+/// and at least 2⁻⁴⁰ of the way before the light, since rounding moves the distance of triangles in
+/// the light's own plane.
 pub(crate) fn ray_end(margins: Margins) -> f64 {
     margins.end().min(1.0 - 9.094_947_017_729_282e-13)
 }

@@ -1,4 +1,4 @@
-//! Shadow rays of a fan, all traced together: which of them are hidden.
+//! Shadow rays of a fan, all traced in one walk: which of them are hidden.
 //!
 //! A *fan* is up to 64 rays from one point to one light, so that at first they enter the same nodes
 //! of the hierarchy. A ray is *hidden* if it hits any triangle. The walk has two phases:
@@ -41,8 +41,9 @@ use linelit_geometry::DVec3;
 use linelit_simd::{Simd, dispatch};
 use std::ops::{ControlFlow, Range};
 
-/// The number of nodes and leaves that the beam of a whole fan visits before packets take over:
-/// some three levels of the hierarchy, and more where more rays share the work.
+/// Returns the number of nodes and leaves that the beam of a whole fan of `count` rays visits
+/// before packets continue: some three levels of the hierarchy, and more if more rays share the
+/// work.
 const fn budget(count: usize) -> usize {
     3 + count / 16
 }
@@ -57,7 +58,8 @@ pub(crate) struct FanScratch {
     pub(crate) waiting: Waiting<u8>,
 }
 
-/// Finds which rays of a fan hit a triangle, a bit each; see the module's head.
+/// Returns a bit for each ray of a fan that hits a triangle; the head of this module describes the
+/// two phases.
 #[inline(always)]
 fn any_kernel<S: Simd>(
     s: S,
@@ -126,8 +128,8 @@ fn any_kernel<S: Simd>(
     fan.all() & !unhidden
 }
 
-/// Lets packets of up to eight neighbours walk, and returns which of the `unhidden` rays are still
-/// not hidden. All directions are within `bounds`.
+/// Traces the `unhidden` rays in packets of up to eight neighbours, and returns a bit for each of
+/// them that is still not hidden. All directions are within `bounds`.
 #[allow(clippy::too_many_arguments, reason = "a step of one kernel")]
 #[inline(always)]
 fn by_packets<S: Simd>(
@@ -152,8 +154,8 @@ fn by_packets<S: Simd>(
             fan.directions[usize::from(group[lane.min(group.len() - 1)])]
         });
         let directions = &eight[..];
-        // The packet has narrower bounds of its own; if there are none, those of the whole fan
-        // hold.
+        // The packet has narrower bounds of its own; if they cannot be computed, the bounds of the
+        // whole fan hold.
         let bounds = packet.set(s, &Fan { directions, ..*fan }).unwrap_or(bounds);
         let rays = &packet.0[..1];
         // Walk until all rays of the packet are hidden, and note which are.
@@ -188,8 +190,8 @@ struct AnyOfPacket<'a> {
 }
 
 impl AnyOfPacket<'_> {
-    /// The beam for a set of rays that is not empty ([`NearestFirst::wants`] has ensured it): the
-    /// ray's own if it is one ray that has a beam, or the packet's.
+    /// Returns the beam for a set of rays that is not empty ([`NearestFirst::wants`] has ensured
+    /// that): the ray's own beam if the set is one ray that has a beam, or else the packet's.
     #[inline(always)]
     fn beam(&self, rays: u8) -> &Beam {
         let single = &self.single[rays.trailing_zeros() as usize];

@@ -1,4 +1,4 @@
-//! The watertight ray–triangle test, which all other tests of rays agree with to the bit.
+//! The watertight ray–triangle test. All other tests of rays give bit-identical results.
 
 use linelit_geometry::DVec3;
 
@@ -36,8 +36,9 @@ impl WatertightRay {
         }
     }
 
-    /// Intersects the ray's line with a triangle: returns the distance in units of the direction's
-    /// length, and the barycentric coordinates for vertices 1 and 2.
+    /// Intersects the ray's line, which extends in both directions, with a triangle. Returns the
+    /// distance in units of the direction's length, and the barycentric coordinates of vertices 1
+    /// and 2; `None` if the line misses the triangle or lies in its plane.
     #[inline(always)]
     pub(crate) fn intersect(&self, triangle: &[[f32; 3]; 3]) -> Option<(f64, [f64; 2])> {
         let sz = self.shear[2];
@@ -51,7 +52,7 @@ impl WatertightRay {
             return None;
         }
         let det = u + v + w;
-        // Seen edge on, or not a number.
+        // The triangle is seen edge on, or a coordinate is not a number.
         if !(det.abs() > 0.0) {
             return None;
         }

@@ -2,8 +2,9 @@
 //! which lets the walk skip boxes.
 //!
 //! Each line has 64 bins, one bit each in a `u64`. A bin is closed once it is known to be hidden as
-//! a whole. A box or triangle matters to a line if its image spans the line across and touches an
-//! open bin:
+//! a whole. The *image* of a box or triangle is its projection from the shading point onto the
+//! light's plane. A box or triangle matters to a line if its image extends to both sides of the
+//! line and touches an open bin:
 //!
 //! ```text
 //!     line    |####|####|    |  ##|####|      # hidden
@@ -24,15 +25,15 @@ use linelit_simd::Simd;
 /// The largest number of lines that share a walk.
 pub(crate) const GROUP: usize = 8;
 
-/// When a line has gained this many intervals since its intervals were last merged, they are merged
-/// again, so that bins record what they hide together; `docs/decisions/010-dense-shafts.md`.
+/// The number of intervals that a line gains before its intervals are merged, so that bins record
+/// what several intervals hide together; see `docs/decisions/010-dense-shafts.md`.
 const CROWDED: usize = 9;
 
 /// The number of blocks of eight lines in a walk.
 pub(crate) const BLOCKS: usize = GROUP / 8;
 
-/// The image of a box or triangle on the light: its bounds across the lines, and a bit for each bin
-/// that it touches.
+/// The projection of a box or triangle onto the light, for the bins: its bounds across the lines,
+/// and a bit for each bin that it touches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Image {
     low: f32,
@@ -40,7 +41,7 @@ pub(crate) struct Image {
     bins: u64,
 }
 
-/// The images of eight boxes or triangles.
+/// The projections of eight boxes or triangles.
 #[derive(Default)]
 pub(crate) struct Images {
     low: Lanes<[f32; 8]>,
@@ -60,7 +61,7 @@ impl cover::Image for Image {
     #[inline(always)]
     fn eight<S: Simd>(s: S, [low, high]: ImageBounds<S>) -> Images {
         // Adding 2²³ rounds to an integer. After half a bin is subtracted, the result is the floor,
-        // or one less for a whole number: never too high.
+        // or one less for a number that is an integer already: never too high.
         let (zero, end) = (s.splat(0.0), s.splat(63.0));
         let half = s.splat(-0.5);
         let base = s.splat(8_388_608.0);
@@ -89,14 +90,15 @@ impl cover::Image for Image {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct Covered {
-    /// A bit for each bin that is not known to be hidden.
+    /// For each line, a bit for each bin that is not known to be hidden.
     open: [[u64; 8]; BLOCKS],
-    /// The positions of the lines across, rounded down and up.
+    /// The coordinates of the lines across their direction, rounded down and up.
     low: [[f32; 8]; BLOCKS],
     high: [[f32; 8]; BLOCKS],
     /// For each line, how many of its stored intervals are recorded in the bins.
     recorded: [[u32; 8]; BLOCKS],
-    /// For each block, the number of intervals at which they are merged.
+    /// For each block, the number of intervals of a line at which the intervals of the block are
+    /// merged next.
     crowded: [usize; BLOCKS],
     /// The number of blocks in use.
     blocks: usize,
@@ -128,7 +130,7 @@ impl Covered {
         }
     }
 
-    /// Whether a box or triangle with this image can hide anything that is not hidden yet.
+    /// Whether a box or triangle with this projection can hide anything that is not hidden yet.
     #[inline(always)]
     pub(crate) fn needs<S: Simd>(&self, s: S, image: &Image) -> bool {
         let mut needed = 0;
@@ -140,7 +142,7 @@ impl Covered {
         needed != 0
     }
 
-    /// The same as [`Covered::needs`] for eight images, a bit for each.
+    /// Computes [`Covered::needs`] for eight projections, and returns a bit for each.
     #[inline(always)]
     pub(crate) fn needs_any<S: Simd>(&self, s: S, images: &Images) -> u8 {
         let (low, high) = (s.load(&images.low), s.load(&images.high));
@@ -155,8 +157,8 @@ impl Covered {
         needed
     }
 
-    /// Records the intervals of the lines that are not recorded yet; returns true if all lines are
-    /// hidden.
+    /// Records in the bins the intervals of the lines that are not recorded yet; returns true if
+    /// all lines are hidden as a whole.
     #[inline(always)]
     pub(crate) fn record<S: Simd>(&mut self, s: S, lines: &mut Lines, slots: &mut Slots) -> bool {
         let mut open = 0;
@@ -187,7 +189,8 @@ impl Covered {
         open == 0
     }
 
-    /// Closes the bins that lie wholly inside an interval of each line of a block.
+    /// For each line of a block, closes the bins that lie wholly inside its interval from `low` to
+    /// `high`.
     #[inline(always)]
     fn hide<S: Simd>(&mut self, s: S, k: usize, [low, high]: [S::D; 2]) {
         // Adding 2⁵² rounds to an integer; after moving half a bin inward, bins are never closed

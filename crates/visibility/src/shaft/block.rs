@@ -1,5 +1,5 @@
-//! Lines in (u, v) coordinates on the light, eight to a block. v runs along the lines' common
-//! direction, so that a line is a number u and an interval of v.
+//! The coordinates (u, v) of lines on the light, and blocks of eight lines. v runs along the lines'
+//! common direction, so that a line is a number u and an interval of v.
 
 use crate::{
     lanes::{Lanes, ddot},
@@ -8,18 +8,19 @@ use crate::{
 use linelit_geometry::{DVec3, Segment};
 use linelit_simd::Simd;
 
-/// Lines whose images deviate from parallel by more than this, in units of the light, are handled
-/// as separate groups.
+/// The largest deviation from parallel, in units of the light, of lines that are handled as one
+/// group. Lines that deviate more begin a new group.
 const PARALLEL: f64 = 1e-12;
 
-/// The coordinate of padding, greater than any u.
+/// The coordinate u of padding, greater than any coordinate of a line.
 const BEYOND: f64 = 1e300;
 
-/// Eight lines of one direction.
+/// Eight lines of one direction, as a structure of arrays.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct LineBlock {
-    /// The coordinate of each line across; that of padding is greater than any other.
+    /// The coordinate of each line across the direction; for lanes that are not in use it is
+    /// greater than any other.
     pub(crate) u: [f64; 8],
     /// The lower and the upper end of each line in v.
     pub(crate) from: [f64; 8],
@@ -28,9 +29,9 @@ pub(crate) struct LineBlock {
     /// overlap it.
     pub(crate) run_lo: [f64; 8],
     pub(crate) run_hi: [f64; 8],
-    /// The number of each line in the caller's list.
+    /// For each lane, the index of its line in the caller's list.
     pub(crate) number: [u32; 8],
-    /// A bit for each line that runs against v.
+    /// A bit for each line whose first end has the greater v.
     pub(crate) reversed: u8,
 }
 
@@ -61,7 +62,8 @@ pub(crate) struct Ends {
 }
 
 impl Ends {
-    /// Sets the direction to that of the first line that has length; `d` is the first line's.
+    /// Sets the direction to that of the first line that has length. `d` is the vector from the
+    /// first end to the second of the first line in (p, q).
     #[inline(always)]
     fn set_direction(&mut self, frame: &LightFrame, point: DVec3, lines: &[Segment], d: [f64; 2]) {
         let direction = |line: &Segment| {
@@ -93,7 +95,7 @@ impl Ends {
         }
     }
 
-    /// Reverses the direction.
+    /// Reverses the direction, which changes the sign of all coordinates.
     #[inline(always)]
     fn turn<S: Simd>(&mut self, s: S) {
         self.along = [-self.along[0], -self.along[1]];
@@ -117,7 +119,7 @@ impl Ends {
 }
 
 /// Computes the coordinates of the first lines that share a direction, up to the first line that
-/// does not. If no line has length, the first coordinate is not finite.
+/// has another. If no line has length, the first coordinate is not finite.
 ///
 /// The direction's sign is such that the last of these lines does not have a lower u than the
 /// first.
@@ -138,7 +140,7 @@ pub(crate) fn place_lines<S: Simd>(
     let zero = s.dsplat(0.0);
     ends.count = 0;
     for (k, few) in lines.chunks(8).enumerate() {
-        // Project the ends of eight lines, the first repeated as padding.
+        // Project the ends of eight lines; the first line is repeated as padding.
         let mut rows = [[0.0; 8]; 6];
         for lane in 0..8 {
             let line = &few[if lane < few.len() { lane } else { 0 }];
@@ -197,7 +199,7 @@ fn project<S: Simd>(
     y: &[f64; 8],
     z: &[f64; 8],
 ) -> [S::D; 2] {
-    // A light whose sides are projected exactly, point by point.
+    // Project point by point if the light's frame has `Sides`, which are exact.
     if let Some(sides) = &frame.sides {
         let mut rows = Lanes([[0.0; 8]; 2]);
         for lane in 0..8 {
@@ -238,8 +240,8 @@ impl Lines {
         self.count = 0;
     }
 
-    /// Replaces the contents by all lines of `ends`; `first` is the number of the first of them in
-    /// the caller's list.
+    /// Replaces the contents by all lines of `ends`; `first` is the index in the caller's list of
+    /// the first of these lines.
     #[inline(always)]
     pub(crate) fn fill<S: Simd>(&mut self, s: S, ends: &Ends, first: usize) {
         self.clear(ends.along);
@@ -274,7 +276,8 @@ impl Lines {
         }
     }
 
-    /// Adds a line at `u` whose ends are at `a` and `b`.
+    /// Adds a line at `u` whose ends have the coordinates `a` and `b` along the direction; `number`
+    /// is its index in the caller's list.
     #[inline(always)]
     pub(crate) fn push(&mut self, u: f64, a: f64, b: f64, number: u32) {
         let lane = self.count % 8;
@@ -292,7 +295,7 @@ impl Lines {
     }
 }
 
-/// The number in the caller's list of the `i`-th of the lines that begin at `first`.
+/// Returns the index in the caller's list of line `i` of a group that begins at index `first`.
 #[inline(always)]
 pub(crate) fn number(first: usize, i: usize) -> u32 {
     u32::try_from(first + i).unwrap_or(u32::MAX)

@@ -10,48 +10,50 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// The coordinates P, Q and W of eight points, or the coefficients of eight linear forms in them.
+/// The coordinates P, Q and W of eight points, or the coefficients of eight linear functions of
+/// these coordinates.
 pub(crate) type Vertex<S> = (<S as Simd>::F, <S as Simd>::F, <S as Simd>::F);
 
 /// Half-spaces and a box around everything between a point and a light, in `f32`, with margins for
 /// the rounding of the tests: what is rejected lies outside.
 ///
-/// The value of a plane's form at a corner takes up to six roundings of numbers up to three times
-/// the product of its normal's sum of absolute components and the scene's size. Three of these
-/// roundings are of products that add up to one such number, and each of the form's four
-/// coefficients is rounded once: together at most 14/16 of the margin.
+/// A *form* is a linear function of a position. The value of a plane's form at a corner is computed
+/// with up to six roundings of numbers up to three times the product of its normal's sum of
+/// absolute components and the scene's size. Three of these roundings are of products that add up
+/// to one such number, and each of the form's four coefficients is rounded once: together at most
+/// 14/16 of the margin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ShaftBounds {
-    /// The coefficients of eight linear forms in a position, as `form[axis][number]`: how far the
-    /// position is inside the four sides and the light's plane, then P, Q and W.
+    /// The coefficients of eight linear functions of a position, as `form[axis][index]`: how far
+    /// the position is inside the four sides and the light's plane, then P, Q and W.
     form: [[f32; 8]; 3],
-    /// The negative coefficients, for which a box's lower corner gives the largest value, and the
-    /// positive.
+    /// For each form, its negative coefficients, for which a box's lower corner gives the largest
+    /// value, and its positive coefficients.
     negative: [[f32; 8]; 3],
     positive: [[f32; 8]; 3],
-    /// The values of the forms at the hierarchy's origin; for the planes, with their error bounds
-    /// added.
+    /// The values of the forms at the hierarchy's origin; the forms of planes have their error
+    /// bounds added.
     offset: [f32; 8],
-    /// The error bounds of the forms.
+    /// The error bounds of the values of the forms.
     room: [f32; 8],
-    /// The error bounds of W − Q and of the upper bound on p, and one plus that of W.
+    /// The error bounds of W − Q and of the upper bound on p; and one plus the error bound of W.
     sums: [f32; 3],
     /// Five times the sum of the error bounds of P, Q and W; infinite where products of three
     /// coordinates may overflow.
     rooms: f32,
-    /// Whether the light's plane is so far from parallel to the axes that it bounds more than the
-    /// box.
+    /// Whether the light's plane is so far from parallel to the axes that it excludes more than the
+    /// box around the shaft.
     tilted: bool,
-    /// The box around the shaft: lower corner, upper corner.
+    /// The lower corner of the bounding box of the shaft; `hi` is the upper corner.
     lo: [f32; 3],
     hi: [f32; 3],
-    /// The upper bound on p is `k W − P − j Q ≥ 0`.
+    /// The coefficients (k, j) of the upper bound on p, which is `k W − P − j Q ≥ 0`.
     upper: [f32; 2],
-    /// The excluded triangles: the first number, and how many.
+    /// The excluded triangles: the index of the first, and how many.
     exclude: (u32, u32),
 }
 
-/// The numbers of P, Q and W among the forms.
+/// The indices of P, Q and W among the forms.
 const PQW: [usize; 3] = [5, 6, 7];
 
 /// A bit for each of the forms P, Q and W.
@@ -61,11 +63,12 @@ const PQW_BITS: u8 = 0b1110_0000;
 /// 2⁻²⁰, and finite even if a few of them are added.
 const F32: [f64; 2] = [1e-30, 1e36];
 
-/// The range of sizes in units of the light. At the upper end, images of triangles are off by half
-/// of it.
+/// The range of the scene's size, in units of the light, in which a shaft has bounds. At the upper
+/// end, projections of triangles are off by half of the light.
 const LIGHTS: [f64; 2] = [1e-30, 1e15];
 
-/// The range of coordinates for which sums of six products of three are finite in `f32`.
+/// The range of coordinates for which sums of six products of three coordinates are finite in
+/// `f32`.
 const CUBES: [f64; 2] = [0.0, 4e11];
 
 #[allow(
@@ -74,9 +77,9 @@ const CUBES: [f64; 2] = [0.0, 4e11];
 )]
 impl ShaftBounds {
     /// Creates the bounds of the shaft from `point` to a light in the box `around`. All coordinates
-    /// are the hierarchy's, which are at most `extent` for its triangles.
+    /// are the hierarchy's; for its triangles they are at most `extent`.
     ///
-    /// `None` if P, Q and W would not be precise enough for anything in the scene: if their
+    /// Returns `None` if P, Q and W would not be precise enough for anything in the scene: if their
     /// coefficients or error bounds are not finite and normal numbers in `f32`, or if in `f64` they
     /// are less precise than the light is large.
     #[inline(always)]
@@ -92,7 +95,8 @@ impl ShaftBounds {
         let [lo, hi] = [around[0].min(point), around[1].max(point)];
         let size = lo.abs().max(hi.abs()).max_element().max(extent);
         let room = ROOM * size;
-        // Bounds of boxes are compared as they are: the box needs room for `f64` alone.
+        // Bounds of boxes are compared as they are: the box needs a margin for the rounding in
+        // `f64` alone.
         let fine = SPLIT_ROOM * size;
         let (k, j) = frame.shape.upper();
         let (p, q, w) = (frame.p, frame.q, frame.w);
@@ -149,8 +153,8 @@ impl ShaftBounds {
         Some(bounds)
     }
 
-    /// Adds up the error bounds of P, Q and W; `cubes` says that products of three coordinates are
-    /// finite.
+    /// Sets `sums`; and if `cubes`, which says that products of three coordinates are finite, sets
+    /// `rooms` to five times the sum of the error bounds of P, Q and W.
     #[inline(always)]
     fn sum_rooms(&mut self, cubes: bool) {
         let [rp, rq, rw] = [self.room[5], self.room[6], self.room[7]];
@@ -160,7 +164,7 @@ impl ShaftBounds {
         }
     }
 
-    /// The boxes of a node that may overlap the shaft.
+    /// Returns a bit for each box of a node that may overlap the shaft.
     #[inline(always)]
     pub(crate) fn boxes<S: Simd>(&self, s: S, node: &Node) -> u8 {
         let mut rows = [s.splat(0.0); 6];
@@ -184,11 +188,11 @@ impl ShaftBounds {
         s.le(s.splat(0.0), inside) & node.valid
     }
 
-    /// The boxes of a node that lie wholly in the shaft, up to rounding.
+    /// Returns a bit for each box of a node that lies wholly in the shaft, up to rounding.
     #[inline(always)]
     pub(crate) fn holds<S: Simd>(&self, s: S, node: &Node) -> u8 {
         let mut inside = s.splat(f32::INFINITY);
-        // Of each plane, the value at the corner that is the least far inside.
+        // For each plane, compute the value at the corner that is the least far inside.
         for plane in [0, 1, 2, 3, 4, PQW[2]] {
             let mut near = s.splat(self.offset[plane]);
             for axis in 0..3 {
@@ -201,7 +205,7 @@ impl ShaftBounds {
         s.lt(s.splat(0.0), inside)
     }
 
-    /// Bounds of P, Q and W over the boxes of a node.
+    /// Returns the least and the greatest P, Q and W over each box of a node.
     #[inline(always)]
     pub(crate) fn extents<S: Simd>(&self, s: S, node: &Node) -> ([S::F; 3], [S::F; 3]) {
         let mut least = [s.splat(0.0); 3];
@@ -222,8 +226,8 @@ impl ShaftBounds {
         (least, most)
     }
 
-    /// Bounds of the images in p and q of boxes that are well before the shading point, from bounds
-    /// of P, Q and W: the least, then the greatest.
+    /// Returns bounds of the projections onto the light of boxes that are well before the shading
+    /// point, from bounds of P, Q and W: the least p and q, then the greatest.
     #[inline(always)]
     pub(crate) fn images<S: Simd>(s: S, least: &[S::F; 3], most: &[S::F; 3]) -> [[S::F; 2]; 2] {
         let near = s.splat(1.0) / least[2];
@@ -253,7 +257,7 @@ impl ShaftBounds {
         (found & !beside, found & !beside & around)
     }
 
-    /// The corners of a leaf's triangles in (P, Q, W).
+    /// Returns the corners of a leaf's triangles in (P, Q, W).
     #[inline(always)]
     pub(crate) fn vertices<S: Simd>(&self, s: S, leaf: &Leaf) -> [Vertex<S>; 3] {
         [
@@ -263,8 +267,9 @@ impl ShaftBounds {
         ]
     }
 
-    /// The triangles with these corners that may be partly inside the shaft; triangles that pass
-    /// outside one of its corners are not rejected yet.
+    /// Returns a bit for each triangle with these corners that may be partly inside the shaft.
+    /// Triangles outside of the shaft that cross the planes of two of its sides, beyond the edge
+    /// between them, are not rejected yet.
     #[inline(always)]
     pub(crate) fn within<S: Simd>(&self, s: S, [a, b, c]: &[Vertex<S>; 3]) -> u8 {
         let (rp, rq, rw) = (
@@ -285,7 +290,7 @@ impl ShaftBounds {
         s.le(s.splat(0.0), inside)
     }
 
-    /// The triangles of a leaf that are not excluded.
+    /// Returns a bit for each triangle of a leaf that is not excluded by the query.
     #[inline(always)]
     pub(crate) fn included<S: Simd>(&self, s: S, leaf: &Leaf) -> u8 {
         if self.exclude.1 > 0 {
@@ -296,8 +301,8 @@ impl ShaftBounds {
     }
 
     /// Returns a bit for each triangle that is well before the shading point; of these, a bit for
-    /// each that may be before the light and overlap it along q; and bounds of their images in (p,
-    /// q).
+    /// each that may be before the light and overlap it along q; and bounds of the projections of
+    /// all these triangles in (p, q).
     #[inline(always)]
     pub(crate) fn triangle_images<S: Simd>(
         &self,
@@ -331,10 +336,11 @@ impl ShaftBounds {
         (before, s.le(s.splat(0.0), inside), least, most)
     }
 
-    /// Separates triangles from the light by their own sides. The first mask has the triangles with
-    /// a side whose plane through the shading point has the light on the other side from the
-    /// triangle; these are long slivers that pass the light. The second has those that may hide the
-    /// whole light, for `f64` to decide: all three planes have the light on the same side.
+    /// Separates triangles from the light by their own sides, and returns two masks. The first has
+    /// the triangles with a side whose plane through the shading point has the light on the other
+    /// side from the triangle; these are long slivers near which the light lies. The second has the
+    /// triangles that may hide the whole light, for `f64` to decide: all three planes have the
+    /// light on the same side.
     #[inline(always)]
     fn beside<S: Simd>(&self, s: S, a: Vertex<S>, b: Vertex<S>, c: Vertex<S>) -> (u8, u8) {
         let zero = s.splat(0.0);
@@ -364,7 +370,7 @@ impl ShaftBounds {
         (beside, around)
     }
 
-    /// The least and the largest value of a linear form over the light's unit square.
+    /// Returns the least and the largest value of a linear form over the light's unit square.
     #[inline(always)]
     fn over_light<S: Simd>(&self, s: S, n: Vertex<S>) -> (S::F, S::F) {
         let zero = s.splat(0.0);
@@ -378,7 +384,7 @@ impl ShaftBounds {
         (least, most)
     }
 
-    /// P, Q, W of the leaf's vertices in rows `first` to `first + 2`.
+    /// Returns P, Q and W of the vertices in rows `first` to `first + 2`.
     #[inline(always)]
     fn vertex<S: Simd>(&self, s: S, vertices: &[[f32; 8]; 9], first: usize) -> Vertex<S> {
         let x = s.load(&vertices[first]);
@@ -391,7 +397,8 @@ impl ShaftBounds {
         )
     }
 
-    /// Evaluates P, Q or W. As for the planes, the rounding is well within the error bound.
+    /// Returns P, Q or W, chosen by the index `k` of the form, at eight positions. As for the
+    /// planes, the rounding is well within the error bound.
     #[inline(always)]
     fn form<S: Simd>(&self, s: S, k: usize, x: S::F, y: S::F, z: S::F) -> S::F {
         let [nx, ny, nz] = &self.form;
@@ -400,7 +407,8 @@ impl ShaftBounds {
         s.fma(s.splat(nx[k]), x, s.fma(s.splat(ny[k]), y, sum))
     }
 
-    /// The largest value of a plane's form over each box of a node.
+    /// Returns the largest value of a plane's form over each box of a node, whose bounds are in
+    /// `rows`.
     #[inline(always)]
     pub(crate) fn reach<S: Simd>(&self, s: S, plane: usize, rows: &[S::F; 6]) -> S::F {
         let mut sum = s.splat(self.offset[plane]);
@@ -411,7 +419,8 @@ impl ShaftBounds {
         sum
     }
 
-    /// How far a vertex is inside the upper bound on p.
+    /// Returns the value of the upper bound on p at eight vertices, k W − P − j Q, which is not
+    /// negative inside.
     #[inline(always)]
     fn upper<S: Simd>(&self, s: S, v: Vertex<S>) -> S::F {
         // For a parallelogram, the upper bound is W − P.
@@ -423,7 +432,7 @@ impl ShaftBounds {
     }
 }
 
-/// The least `f32` that is not below a number.
+/// Returns the least `f32` that is not below `x`.
 #[allow(clippy::cast_possible_truncation, reason = "rounded as it says")]
 #[inline(always)]
 fn least_above(x: f64) -> f32 {
@@ -435,19 +444,20 @@ fn least_above(x: f64) -> f32 {
     }
 }
 
-/// The greatest `f32` that is not above a number.
+/// Returns the greatest `f32` that is not above `x`.
 #[inline(always)]
 fn greatest_below(x: f64) -> f32 {
     -least_above(-x)
 }
 
-/// Returns which numbers are within `range`, ends included.
+/// Returns a bit for each number within `range`, ends included.
 #[inline(always)]
 fn within<S: Simd>(s: S, x: S::D, range: [f64; 2]) -> u8 {
     s.bits(s.dle(s.dsplat(range[0]), x) & s.dle(x, s.dsplat(range[1])))
 }
 
-/// The plane through the shading point and two vertices, as their cross product.
+/// Returns the plane through the shading point and two vertices, as the cross product of the
+/// vertices.
 #[inline(always)]
 fn plane<S: Simd>(s: S, a: Vertex<S>, b: Vertex<S>) -> Vertex<S> {
     (
@@ -457,7 +467,7 @@ fn plane<S: Simd>(s: S, a: Vertex<S>, b: Vertex<S>) -> Vertex<S> {
     )
 }
 
-/// The largest absolute coordinate.
+/// Returns the largest absolute coordinate of each of eight points.
 #[inline(always)]
 fn largest<S: Simd>(s: S, v: Vertex<S>) -> S::F {
     max3(s, s.abs(v.0), s.abs(v.1), s.abs(v.2))

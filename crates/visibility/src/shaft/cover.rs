@@ -1,9 +1,10 @@
-//! The walk from front to back that looks for what hides a light or a few lines on it, and skips
-//! what is hidden already.
+//! The walk from front to back that looks for the triangles that hide a light or a few lines on it,
+//! and skips boxes and triangles behind what is hidden already.
 //!
-//! A [`Cover`] records what is hidden. A box or triangle whose image touches only hidden parts is
+//! A [`Cover`] records what is hidden. The *image* of a box or triangle is its projection from the
+//! shading point onto the light's plane. A box or triangle whose image touches only hidden parts is
 //! skipped, with everything in it: what it hides lies within what is hidden, so that the answer
-//! does not change by a bit.
+//! stays bit-identical.
 
 use crate::{
     bvh::Bvh,
@@ -16,51 +17,53 @@ use crate::{
 use linelit_simd::Simd;
 use std::ops::ControlFlow;
 
-/// Bounds in p and q of eight images: the least, then the greatest.
+/// Bounds of the projections of eight boxes or triangles: the least p and q, then the greatest.
 pub(crate) type ImageBounds<S> = [[<S as Simd>::F; 2]; 2];
 
-/// The image of a box or triangle on the light, in the form that a cover uses.
+/// The projection of a box or triangle onto the light, in the representation of a [`Cover`].
 pub(crate) trait Image: Copy {
-    /// Eight images side by side.
+    /// Eight projections as a structure of arrays.
     type Eight;
 
-    /// The image that covers everything.
+    /// The projection that covers everything.
     const ALL: Self;
 
-    /// Eight images from their bounds.
+    /// Returns eight projections, given their bounds in p and q.
     fn eight<S: Simd>(s: S, bounds: ImageBounds<S>) -> Self::Eight;
 
-    /// Returns one of eight images.
+    /// Returns the projection in one lane of eight.
     fn of(images: &Self::Eight, lane: usize) -> Self;
 }
 
 /// The part of a light, or of a few lines on it, that is known to be hidden.
 pub(crate) trait Cover<S: Simd> {
-    /// The image of a box or triangle.
+    /// The representation of the projection of a box or triangle.
     type Image: Image;
 
-    /// Whether images that miss the light are to be separated from it wherever that is possible.
+    /// Whether triangles whose projections miss the light are to be separated from it wherever that
+    /// is possible.
     const SEPARATE: bool;
 
-    /// Whether something with this image may hide anything that is not hidden yet.
+    /// Whether a box or triangle with this projection may hide anything that is not hidden yet.
     fn needs(&self, s: S, image: &Self::Image) -> bool;
 
-    /// The same as [`Cover::needs`] for eight images, a bit for each; only the bits in `among` are
-    /// used.
+    /// Computes [`Cover::needs`] for eight projections, and returns a bit for each; only the bits
+    /// in `among` are used.
     fn needs_any(&self, s: S, among: u8, images: &<Self::Image as Image>::Eight) -> u8;
 
-    /// Records the images of triangles from index `first` on; false if everything is hidden now.
+    /// Records the projected triangles from index `first` on; returns false if everything is hidden
+    /// now.
     fn record(&mut self, s: S, flat: &mut FlatTriangles, first: usize) -> bool;
 }
 
-/// The visitor of the walk: opens what the cover needs.
+/// The visitor of the walk, which opens the nodes that the cover needs.
 struct FrontToBack<'a, 'b, S: Simd, C: Cover<S>> {
     look: &'a mut ShaftSearch<'b>,
     cover: &'a mut C,
-    /// Fine surfaces whose triangles are left out, if any.
+    /// The fine surfaces whose triangles are left out, or `None` if no triangles are.
     without: Option<&'a Surfaces>,
-    /// The images of the boxes in the open node, and a bit for each box that is before the shading
-    /// point; images of the other boxes may be anywhere.
+    /// The projections of the boxes in the open node, and a bit for each box that is before the
+    /// shading point; boxes without that bit may have any projection.
     images: Option<<C::Image as Image>::Eight>,
     before: u8,
     isa: std::marker::PhantomData<S>,
@@ -104,8 +107,8 @@ impl<S: Simd, C: Cover<S>> NearestFirst<S> for FrontToBack<'_, '_, S, C> {
         if let Some(surfaces) = self.without {
             mask &= s.in_range(&surfaces.sides[child.leaf_index()][0], NONE, 1);
         }
-        // Find which triangles the cover needs; triangles that reach behind the shading point have
-        // no bounded image.
+        // Find the triangles that the cover needs; triangles that reach behind the shading point
+        // have no bounded projection.
         let bounds = &self.look.bounds;
         let vertices = bounds.vertices(s, leaf);
         let (before, inside, low, high) = bounds.triangle_images(s, &vertices);
@@ -127,8 +130,8 @@ impl<S: Simd, C: Cover<S>> NearestFirst<S> for FrontToBack<'_, '_, S, C> {
     }
 }
 
-/// Projects the collected triangles, eight at a time as long as there are eight, or `all` of them,
-/// and records them in the cover; false if everything is hidden.
+/// Projects the collected triangles, eight at a time as long as there are eight, or all of them if
+/// `all` is true, and records them in the cover. Returns false if everything is hidden now.
 #[inline(always)]
 pub(crate) fn take_in<S: Simd, C: Cover<S>>(
     s: S,
@@ -145,8 +148,8 @@ pub(crate) fn take_in<S: Simd, C: Cover<S>>(
     )
 }
 
-/// Visits everything that waits and records all triangles that the cover needs; false if everything
-/// is hidden.
+/// Visits everything that waits and records all triangles that the cover needs. Returns false if
+/// everything is hidden now.
 #[inline(always)]
 pub(crate) fn front_to_back<S: Simd, C: Cover<S>>(
     s: S,

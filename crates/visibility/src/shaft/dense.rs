@@ -1,10 +1,10 @@
-//! Dense shafts, with up to thousands of triangles between a point and a light. Here is how their
-//! lines are answered.
+//! Dense shafts, with more triangles between a point and a light than are stored, up to thousands.
+//! This module finds the visible parts of their lines.
 //!
 //! A few neighbouring lines share a walk from front to back. Along each line, 64 bins record what
-//! is surely hidden ([`bins`](crate::shaft::bins)); a box whose image lies between the lines, or
-//! only on hidden bins, is skipped with everything in it. Fine meshes are left out of that walk,
-//! and found by their silhouettes afterwards.
+//! is surely hidden ([`bins`](crate::shaft::bins)); a box whose projection onto the light lies
+//! between the lines, or only on hidden bins, is skipped with everything in it. Fine meshes are
+//! left out of that walk, and what they hide is found by their silhouettes afterwards.
 
 use crate::{
     bvh::Bvh,
@@ -30,9 +30,9 @@ use linelit_simd::{Simd, dispatch};
 /// Buffers for the lines of a dense shaft.
 #[derive(Debug, Default)]
 pub(crate) struct DenseScratch {
-    /// Nodes and leaves still to visit.
+    /// The nodes and leaves still to visit.
     waiting: Waiting<Image>,
-    /// Leaves that hide much of the light, to be visited first.
+    /// The leaves that hide much of the light, which are visited first.
     pub(crate) cover: Vec<Child>,
     /// The parts of the lines that are known to be hidden.
     covered: Covered,
@@ -42,11 +42,11 @@ pub(crate) struct DenseScratch {
     lists: Lists,
 }
 
-/// The cover of a few lines: which parts of them are hidden.
+/// A few lines as the cover of a walk: which parts of them are hidden.
 struct OfFew<'a> {
     covered: &'a mut Covered,
     lines: &'a mut LineScratch,
-    /// The number of triangles, and pieces of them, that were recorded.
+    /// The number of triangles, or of pieces of clipped triangles, that were recorded.
     candidates: u64,
 }
 
@@ -80,28 +80,28 @@ impl<S: Simd> Cover<S> for OfFew<'_> {
 pub(crate) struct DenseQuery {
     /// The box around the lines, in the hierarchy's coordinates.
     pub(crate) around: [DVec3; 2],
-    /// The frame in which the lines' coordinates are.
+    /// The frame of the lines' coordinates.
     pub(crate) frame: LightFrame,
-    /// The excluded triangles: the first number, and how many.
+    /// The excluded triangles: the index of the first, and how many.
     pub(crate) exclude: (u32, u32),
     /// Whether fine surfaces are handled by their silhouettes.
     pub(crate) silhouettes: bool,
 }
 
-/// How far the lines of a dense shaft are answered.
+/// How much the walk of a dense shaft has found about the visibility of its lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answered {
-    /// Not at all: there are no [bounds](crate::shaft::bounds::ShaftBounds::new).
+    /// There is no answer, since the shaft has no [bounds](crate::shaft::bounds::ShaftBounds::new).
     Nothing,
     /// All lines are hidden as a whole.
     Hidden,
     /// The hidden parts of all lines are known.
     All,
-    /// The hidden parts are known except in gaps, for each of which a ray has to decide.
+    /// The hidden parts are known except in gaps; a ray has to decide whether each gap is visible.
     ByRays,
 }
 
-/// Finds what hides the few lines in `lines`, in the coordinates of their frame.
+/// Finds the hidden parts of the few lines in `lines`, in the coordinates of their frame.
 #[inline(always)]
 fn dense_kernel<S: Simd>(
     s: S,
@@ -161,7 +161,7 @@ fn dense_kernel<S: Simd>(
     if surfaces.is_none() {
         return Answered::All;
     }
-    // Cut what is still open at the silhouettes.
+    // Cut the gaps that are still open at the silhouettes.
     let LineScratch { lines, slots, .. } = lines;
     crossings.cut_lines(lines, slots);
     Answered::ByRays

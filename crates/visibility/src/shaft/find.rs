@@ -20,18 +20,18 @@ use linelit_simd::{Simd, dispatch};
 pub(crate) enum Found {
     /// No triangle hides anything.
     Nothing,
-    /// Triangles that are few enough to be stored.
+    /// There are triangles, but few enough to be stored.
     Few,
-    /// More triangles than are stored: the shaft is dense.
+    /// There are more triangles than are stored: the shaft is dense.
     Many,
     /// A triangle hides the whole light.
     All,
-    /// No result: the light has no frame from this point
-    /// ([`LightFrame::set`](crate::shaft::frame::LightFrame::set)), or the shaft no bounds.
+    /// There is no result: the light has no frame from this point
+    /// ([`LightFrame::set`](crate::shaft::frame::LightFrame::set)), or the shaft has no bounds.
     Unknown,
 }
 
-/// The number of leaves that are collected before they are tested.
+/// The number of leaves that are collected before their triangles are tested.
 const BATCH: usize = 12;
 
 /// The number of nodes that are opened together.
@@ -41,7 +41,7 @@ const ABREAST: usize = 2;
 /// light.
 const FEW_IF_DENSE: usize = 48;
 
-/// Collects the triangles of a leaf that may be in the shaft.
+/// Collects the triangles of a leaf that may be in the shaft, for projection.
 #[inline(always)]
 fn look_into<S: Simd>(
     s: S,
@@ -65,8 +65,8 @@ fn look_into<S: Simd>(
     Found::Few
 }
 
-/// Finds what is between the shading point and `seen.light`. If the result is [`Found::Few`], the
-/// images of the triangles, at most [`DENSE`], are in `seen.flat`.
+/// Finds the triangles between the shading point and `seen.light`. If the result is [`Found::Few`],
+/// the projections of the triangles onto the light, at most [`DENSE`], are in `seen.flat`.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 fn find_kernel<S: Simd>(

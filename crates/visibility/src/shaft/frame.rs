@@ -7,8 +7,8 @@ use linelit_geometry::{ConvexPolygon, DMat3, DVec3, Margins, double};
 /// The most corners of a light.
 const CORNERS: usize = ConvexPolygon::CAPACITY;
 
-/// The homogeneous coordinates (P, Q, W) of points relative to the shading point, as three linear
-/// forms.
+/// The frame of a light for a shading point: the homogeneous coordinates (P, Q, W) of points
+/// relative to the shading point, as three linear functions of the point.
 ///
 /// W is zero in the plane through the shading point parallel to the light, and one in the light's
 /// plane. (P/W, Q/W) is where the ray from the shading point through a point meets the light's
@@ -30,16 +30,18 @@ pub(crate) struct LightFrame {
     pub(crate) q: DVec3,
     pub(crate) w: DVec3,
     pub(crate) shape: Shape,
-    /// The light's corners in (p, q), two for a linear light; the last corner fills the rest.
+    /// The light's corners in (p, q), two for a linear light; the last corner fills the entries
+    /// that are not in use.
     pub(crate) corners: [[f64; 2]; CORNERS],
     pub(crate) corner_count: usize,
-    /// How close to either end a triangle hides nothing, as fractions of the way.
+    /// How close to the shading point and to the light a triangle hides nothing, as fractions of
+    /// the way between the two.
     pub(crate) margins: Margins,
-    /// The W from which on triangles hide the light ([`Margins::near`]), and its reciprocal.
+    /// The least W at which triangles hide the light ([`Margins::near`]), and its reciprocal.
     pub(crate) near: f64,
     pub(crate) inverse_near: f64,
-    /// The light's plane in higher precision, if the light is seen edge on, or has no margin before
-    /// it.
+    /// The light's plane in higher precision, if the light is seen edge on, or if its margin is
+    /// zero; `None` for other lights.
     pub(crate) sides: Option<Sides>,
 }
 
@@ -61,7 +63,8 @@ const LEAST: f64 = 1e-300;
 /// The least distance from the light's plane, relative to all sizes, at which [`Sides`] is usable.
 const TOO_EDGE_ON: f64 = 1e-12;
 
-/// The shape of the light in the (p, q) plane.
+/// The shape of the light in the (p, q) plane; polygons other than triangles are bounded by the
+/// square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// 0 ≤ p ≤ 1, 0 ≤ q ≤ 1.
@@ -73,7 +76,7 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// The coefficients (k, j) of the upper bound on p, which is `k W − P − j Q ≥ 0`.
+    /// Returns the coefficients (k, j) of the upper bound on p, which is `k W − P − j Q ≥ 0`.
     pub(crate) fn upper(self) -> (f64, f64) {
         match self {
             Self::Square => (1.0, 0.0),
@@ -117,7 +120,7 @@ impl LightFrame {
         }
     }
 
-    /// The light's corners in groups of four; the last corner fills the last group.
+    /// Returns the light's corners in groups of four; the last corner fills the last group.
     #[inline(always)]
     pub(crate) fn corners_by_four(&self) -> &[[[f64; 2]; 4]] {
         let fours = self.corners.as_chunks().0;
@@ -196,8 +199,9 @@ impl LightFrame {
         height.abs() > TOO_EDGE_ON * plane.length * reach
     }
 
-    /// Projects a point, given relative to the shading point, along the ray through it to the
-    /// light's plane. For a point in that plane W is one up to rounding, and there is no division.
+    /// Projects a point, given relative to the shading point, along the ray from the shading point
+    /// to the light's plane, and returns its (p, q). For a point in that plane W is one up to
+    /// rounding, and there is no division.
     #[inline]
     pub(crate) fn project(&self, a: DVec3) -> [f64; 2] {
         if let Some(sides) = &self.sides {
@@ -211,8 +215,8 @@ impl LightFrame {
         }
     }
 
-    /// The coordinates (P, Q, W) of a vertex as seen from `point`, both in the hierarchy's
-    /// coordinates.
+    /// Returns the coordinates (P, Q, W) of a vertex at `place` as seen from `point`, both in the
+    /// hierarchy's coordinates.
     pub(crate) fn vertex(&self, place: DVec3, point: DVec3) -> [f64; 3] {
         let from = place - point;
         if let Some(sides) = &self.sides {
@@ -221,8 +225,9 @@ impl LightFrame {
         [self.p, self.q, self.w].map(|n| from.x * n.x + from.y * n.y + from.z * n.z)
     }
 
-    /// The corners, relative to the shading point, of a rectangle on the light. `low` and `high`
-    /// are its coordinates across and along the unit direction `along`.
+    /// Returns the corners, relative to the shading point, of a rectangle on the light. `low` and
+    /// `high` are the rectangle's least and greatest coordinates across and along the unit
+    /// direction `along`.
     pub(crate) fn corners_in_space(
         &self,
         along: [f64; 2],
@@ -246,8 +251,9 @@ impl LightFrame {
         })
     }
 
-    /// The frame of a few parallel lines on the light. q runs along the lines, and they lie within
-    /// the unit square with a small margin; a single line has p = 0.
+    /// Returns the frame of a few parallel lines on the light. In that frame q runs along the
+    /// lines, and the lines lie within the unit square with a small margin; a single line has p =
+    /// 0.
     ///
     /// `low` and `high` bound the lines' coordinates across and along the unit direction `along`.
     pub(crate) fn around_lines(&self, along: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Self {
@@ -361,7 +367,7 @@ pub(crate) struct Light {
     corners: [DVec3; CORNERS],
     count: usize,
     kind: Kind,
-    /// The box around the light.
+    /// The lowest corner of the light's bounding box; `hi` is the highest.
     pub(crate) lo: DVec3,
     pub(crate) hi: DVec3,
 }
@@ -369,13 +375,14 @@ pub(crate) struct Light {
 /// The kind of a light, with its affine coordinates if it is a polygon.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// No light.
+    /// No light has been set.
     None,
     Line,
     Polygon(LightPlane),
 }
 
-/// Affine coordinates of a polygon: `p = d1·(y − origin)`, `q = d2·(y − origin)`.
+/// The affine coordinates (p, q) of a polygon: `p = d1·(y − origin)`, `q = d2·(y − origin)` for a
+/// point y.
 #[derive(Clone, Copy, Debug)]
 struct LightPlane {
     origin: DVec3,
@@ -496,7 +503,7 @@ fn bounding_rectangle(light: &[DVec3], normal: DVec3) -> (DVec3, DVec3, DVec3) {
 }
 
 impl Default for LightFrame {
-    /// The frame of no light.
+    /// Returns the frame of no light.
     fn default() -> Self {
         Self {
             p: DVec3::ZERO,

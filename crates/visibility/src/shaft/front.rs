@@ -5,10 +5,11 @@
 //! samples of the light they hide. A box or triangle is skipped if its image touches only cells of
 //! which all four corners are hidden. This is a guess: between its corners, a cell may be partly
 //! visible, and what was skipped may hide that part. So the caller finds the boundary of the part
-//! that is visible past the stored triangles, and asks [`Front::look`] whether it touches cells
-//! that were skipped at any time. If so, another walk stores all triangles that touch those cells,
-//! and so on, until the whole boundary lies in cells of which every triangle is stored: then no
-//! other triangle can change it. See `docs/decisions/016-exact-in-dense-shafts.md`.
+//! of the light that is visible if only the stored triangles hide it, and asks [`Front::look`]
+//! whether that boundary touches cells that were skipped at any time. If so, another walk stores
+//! all triangles that touch those cells, and so on, until the whole boundary lies in cells of which
+//! every triangle is stored: then no other triangle can change the boundary. The *image* of a
+//! triangle is its projection onto the light. See `docs/decisions/016-exact-in-dense-shafts.md`.
 //!
 //! ```text
 //!     ·───·───·───·      · sample, open     a cell with an open corner is complete:
@@ -33,14 +34,15 @@ use crate::{
 };
 use linelit_simd::{Simd, dispatch};
 
-/// The number of samples along each axis of the light.
+/// The number of samples of the light along each of its two axes p and q.
 const SIDE: u8 = 64;
 
 /// The index of the last sample, at the light's far side.
 const LAST: u8 = SIDE - 1;
 
 /// A generous bound of rounding errors, in units of the light: a sample this close to a side of a
-/// triangle does not count as hidden by it, and a boundary touches cells up to this far from it.
+/// triangle does not count as hidden by the triangle, and a boundary touches cells up to this far
+/// from it.
 pub(crate) const ROOM: f64 = 1e-9;
 
 /// A bit for each sample or cell: rows along p, bits along q.
@@ -52,12 +54,11 @@ pub(crate) struct Front {
     /// In the first walk, a bit for each sample that is not known to be hidden; later, a bit for
     /// each cell whose triangles are searched for.
     open: Grid,
-    /// A bit for each cell of which all triangles are stored, except for those that are nowhere
-    /// needed.
+    /// A bit for each cell of which all triangles are stored, except for those that no walk needs.
     complete: Grid,
     /// Whether `open` is about cells.
     by_cells: bool,
-    /// Whether triangles of fine surfaces are left out.
+    /// Whether triangles of fine surfaces are left out of the walks.
     pub(crate) loose: bool,
 }
 
@@ -72,15 +73,15 @@ impl Default for Front {
     }
 }
 
-/// The range of samples around the cells that an image touches: first and last row, first and last
-/// bit.
+/// The projection of a box or triangle onto the light, as the range of samples around the cells
+/// that it touches: the first and the last row, and the first and the last bit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Image {
     rows: [u8; 2],
     bits: [u8; 2],
 }
 
-/// The images of eight boxes or triangles.
+/// The projections of eight boxes or triangles.
 #[derive(Default)]
 pub(crate) struct Images {
     first: [Lanes<[f32; 8]>; 2],
@@ -123,13 +124,13 @@ impl cover::Image for Image {
     }
 }
 
-/// A mask of the bits from first to last; at least the first is set.
+/// Returns a mask of the bits from `first` to `last`; at least the first is set.
 #[inline(always)]
 fn bits(first: u8, last: u8) -> u64 {
     (u64::MAX << first) & (u64::MAX >> (LAST - last.max(first)))
 }
 
-// Minimum and maximum by one instruction each, for numbers that are not NaN.
+// These are the minimum and the maximum by one instruction each, for numbers that are not NaN.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -140,7 +141,8 @@ fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The first and the last sample between two coordinates, if there is any.
+/// Returns the first and the last sample between two coordinates along an axis; `None` if there is
+/// no sample between them.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -159,8 +161,8 @@ fn samples_between(low: f64, high: f64) -> Option<(u8, u8)> {
     (first <= last).then_some((first, last))
 }
 
-/// The index of the cell that holds a coordinate; the nearest cell for coordinates outside of the
-/// light.
+/// Returns the index of the cell, along an axis, that holds a coordinate; the nearest cell for
+/// coordinates outside of the light.
 #[inline(always)]
 #[allow(
     clippy::cast_possible_truncation,
@@ -171,13 +173,14 @@ fn cell(x: f64) -> u8 {
     lesser(greater(x * f64::from(LAST), 0.0), f64::from(LAST - 1)) as u8
 }
 
-/// The coordinate of a sample along an axis.
+/// Returns the coordinate of a sample along an axis, from 0 to 1.
 #[inline(always)]
 fn place(sample: u8) -> f64 {
     f64::from(sample) / f64::from(LAST)
 }
 
-/// The least and the greatest q of a convex polygon between two values of p, if it has any.
+/// Returns the least and the greatest q of a convex polygon between two values of p; `None` if the
+/// polygon has no point between them.
 fn extent(polygon: &[[f64; 2]], from: f64, to: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for (i, &a) in polygon.iter().enumerate() {
@@ -212,7 +215,7 @@ impl Front {
         }
     }
 
-    /// Whether an image touches anything that is open.
+    /// Whether a projection touches any sample or cell that is open.
     #[inline(always)]
     fn needs(&self, image: &Image) -> bool {
         // A cell has the index of its first sample, and there is one cell fewer.
@@ -227,7 +230,8 @@ impl Front {
         rows.iter().any(|row| row & mask != 0)
     }
 
-    /// Returns which of eight images, of those in the mask `among`, touch anything that is open.
+    /// Returns a bit for each of eight projections, of those in the mask `among`, that touches any
+    /// sample or cell that is open.
     #[inline(always)]
     pub(crate) fn needs_any(&self, among: u8, images: &Images) -> u8 {
         let (mut left, mut needed) = (among, 0);
@@ -252,7 +256,7 @@ impl Front {
         self.open[rows].iter().any(|row| row & mask != 0)
     }
 
-    /// Opens, for all later tests, the cells of which all triangles are stored.
+    /// Opens, for all later tests, the cells of which all triangles are stored, and no others.
     pub(crate) fn open_complete(&mut self) {
         (self.by_cells, self.open) = (true, self.complete);
     }
@@ -273,7 +277,7 @@ impl Front {
         }
     }
 
-    /// Marks the samples that a triangle hides in some rows.
+    /// Marks the samples that a triangle hides in some rows of samples.
     #[inline(never)]
     fn hide_rows(&mut self, triangle: &[[f64; 2]; 3], rows: std::ops::RangeInclusive<u8>) {
         for r in rows {
@@ -307,8 +311,8 @@ impl Front {
         self.complete[usize::from(LAST)] = 0;
     }
 
-    /// Opens the cells that a boundary touches and that are not complete, and marks them as
-    /// complete for after the next walk. Returns whether there are any.
+    /// Opens the cells that a boundary touches and that are not complete yet, and marks them as
+    /// complete, which they will be after the next walk. Returns whether there are any such cells.
     pub(crate) fn look(&mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> bool {
         self.by_cells = true;
         self.open = [0; SIDE as usize];
@@ -344,7 +348,7 @@ impl Front {
 #[derive(Debug, Default)]
 pub(crate) struct FrontScratch {
     pub(crate) front: Front,
-    /// Nodes and leaves still to visit.
+    /// The nodes and leaves still to visit.
     waiting: Waiting<Image>,
 }
 
@@ -376,10 +380,11 @@ impl<S: Simd, const FIRST: bool> Cover<S> for OfLight<'_, FIRST> {
     }
 }
 
-/// Stores the images of triangles in `seen.flat`: in the `FIRST` walk those in front of
-/// `seen.light`, in later walks those that touch open cells, in addition to the ones before. If a
-/// triangle hides the whole light, one image that covers everything is stored. False if there are
-/// no [bounds](crate::shaft::bounds::ShaftBounds::new).
+/// Walks a dense shaft from front to back and stores projections of triangles in `seen.flat`: in
+/// the `FIRST` walk those of the triangles in front of `seen.light`, in later walks those of the
+/// triangles that touch open cells, in addition to the projections stored before. If a triangle
+/// hides the whole light, one projection that covers everything is stored. Returns false if there
+/// are no [bounds](crate::shaft::bounds::ShaftBounds::new).
 #[inline(always)]
 fn front_kernel<S: Simd, const FIRST: bool>(
     s: S,

@@ -1,5 +1,5 @@
-//! The triangles and silhouettes that bound the visible part of a light, in the order in which a
-//! caller needs them. This is the interface for callers that compute visible regions.
+//! The triangles and silhouettes that bound the visible part of a light, in the order in which they
+//! are needed. This is the interface for callers that compute visible regions.
 //!
 //! A dense shaft has too many triangles to store all of them; but triangles at the back do not
 //! matter where others in front hide the light. So a caller that looks for the boundary of the
@@ -21,18 +21,19 @@
 use super::{Found, Shaft};
 use crate::{LightPlane, Silhouette, shaft::front, silhouettes::outline};
 
-/// Triangles that, together with those that were returned before, hide almost everything that is
-/// hidden of a light ([`Shaft::front`]).
+/// Triangles that, together with the triangles returned by earlier queries, hide almost everything
+/// that is hidden of a light ([`Shaft::front`]).
 #[derive(Debug)]
 #[must_use]
 pub struct TrianglesInFront<'s, 'a> {
     shaft: &'s mut Shaft<'a>,
-    /// The index of the first image that was not returned before.
+    /// The index of the first projected triangle that no earlier query returned.
     first: usize,
 }
 
-/// Triangles outside of fine meshes that, together with those that were returned before, hide
-/// almost everything that such triangles hide of a light ([`Shaft::front_without_meshes`]).
+/// Triangles outside of fine meshes that, together with the triangles returned by earlier queries,
+/// hide almost everything that triangles outside of fine meshes hide of a light
+/// ([`Shaft::front_without_meshes`]).
 #[derive(Debug)]
 #[must_use]
 pub struct FrontWithoutMeshes<'s, 'a>(TrianglesInFront<'s, 'a>);
@@ -45,23 +46,23 @@ pub struct MeshesInFront<'s, 'a>(TrianglesInFront<'s, 'a>);
 
 impl<'a> Shaft<'a> {
     /// Whether the triangles that bound the visible region can be queried: all triangles of the
-    /// shaft, or those [in front](Self::front). This is false for an empty or blocked shaft; for a
-    /// light that is seen edge on, has no extent, or is not finite; and if there are triangles with
-    /// holes in the shaft, since what these hide is not a polygon.
+    /// shaft, or the triangles [in front](Self::front). The result is false for an empty or blocked
+    /// shaft; for a light that is seen edge on, has no area or length, or is not finite; and if
+    /// there are triangles with holes in the shaft, since what these hide is not a polygon.
     #[must_use]
     pub fn has_front(&self) -> bool {
         matches!(self.found, Found::Few | Found::Many) && !self.has_holes
     }
 
-    /// The plane of the light, in whose coordinates images are; `None` if there is no
-    /// [front](Self::has_front).
+    /// Returns the plane of the light, in whose coordinates projected triangles are given; `None`
+    /// unless [`Self::has_front`].
     #[must_use]
     pub fn light_plane(&self) -> Option<LightPlane<'_>> {
         self.has_front().then(|| self.scratch.seen.frame.plane())
     }
 
-    /// Triangles, projected to the light's plane, that together hide almost everything that is
-    /// hidden, even in a dense shaft; `None` if there is no [front](Self::has_front).
+    /// Finds triangles, projected to the light's plane, that together hide almost everything that
+    /// is hidden, even in a dense shaft; `None` unless [`Self::has_front`].
     ///
     /// For a shaft that is not dense they are [all](Self::images) of its triangles. In a dense
     /// shaft, a few points seem visible that are not: callers find the boundary of the visible
@@ -70,10 +71,10 @@ impl<'a> Shaft<'a> {
         self.find_front(false)
     }
 
-    /// The triangles in [front](Self::front) that belong to no fine mesh; what fine meshes hide
-    /// follows from their [silhouettes](FrontWithoutMeshes::meshes). `None` where silhouettes are
-    /// not available: for shafts that are not dense, and where a fine mesh has triangles that the
-    /// query excludes.
+    /// Finds the triangles in [front](Self::front) that belong to no fine mesh; what fine meshes
+    /// hide follows from their [silhouettes](FrontWithoutMeshes::meshes). `None` where silhouettes
+    /// are not available: for shafts that are not dense, and where a fine mesh has triangles that
+    /// the query excludes.
     pub fn front_without_meshes(&mut self) -> Option<FrontWithoutMeshes<'_, 'a>> {
         let surfaces = &self.occluders.bvh.hierarchy.surfaces;
         let has_silhouettes = self.found == Found::Many && surfaces.serve(self.exclude);
@@ -95,7 +96,7 @@ impl<'a> Shaft<'a> {
     }
 
     /// Walks a dense shaft from front to back: the `FIRST` walk finds the triangles in front, later
-    /// ones those of the cells that are open.
+    /// walks find the triangles that touch open cells.
     fn walk_front<const FIRST: bool>(&mut self) -> bool {
         let (bvh, all) = (&self.occluders.bvh, &mut *self.scratch);
         let (seen, front, counters) = (&mut all.seen, &mut all.front, &mut all.counters);
@@ -104,15 +105,16 @@ impl<'a> Shaft<'a> {
 }
 
 impl TrianglesInFront<'_, '_> {
-    /// The triangles, projected from the shading point to the light's [plane](Shaft::light_plane):
-    /// the three corners of each in coordinates (p, q).
+    /// Returns the triangles, projected from the shading point to the light's
+    /// [plane](Shaft::light_plane): the three corners of each in coordinates (p, q).
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.shaft.scratch.seen.flat.get_from(self.first)
     }
 
-    /// Finds more triangles, given the boundary of what seems visible past all triangles that were
-    /// returned so far, as straight pieces from one point to another. `None` if that boundary is
-    /// final. Some of the triangles may have been returned before.
+    /// Finds more triangles, given the boundary of what is visible if only the triangles returned
+    /// so far hide the light. The boundary is given as straight pieces, each from one point to
+    /// another in (p, q). `None` if that boundary is final. Some of the triangles may have been
+    /// returned before.
     #[must_use = "without more triangles the boundary is final"]
     pub fn behind(mut self, boundary: impl Iterator<Item = [[f64; 2]; 2]>) -> Option<Self> {
         let Shaft { found, scratch, .. } = &mut *self.shaft;
@@ -126,7 +128,7 @@ impl TrianglesInFront<'_, '_> {
 }
 
 impl<'s, 'a> FrontWithoutMeshes<'s, 'a> {
-    /// The projected triangles, as in [`TrianglesInFront::images`].
+    /// Returns the projected triangles, as in [`TrianglesInFront::images`].
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.0.images()
     }
@@ -150,15 +152,16 @@ impl<'s, 'a> FrontWithoutMeshes<'s, 'a> {
 }
 
 impl<'s, 'a> MeshesInFront<'s, 'a> {
-    /// The images of triangles of fine meshes that had to be clipped, since they are not wholly
-    /// between the point and the light.
+    /// Returns the projections of triangles of fine meshes that had to be clipped, since they are
+    /// not wholly between the shading point and the light.
     pub fn images(&self) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         self.0.images()
     }
 
-    /// The silhouettes of the fine meshes on the light's plane; each call returns all of them.
-    /// Silhouettes may be missing where other triangles hide the light; elsewhere they are closed
-    /// curves, so that the changes of the number of layers around any point add up to zero.
+    /// Returns all silhouettes of the fine meshes, projected onto the light's plane. Silhouettes
+    /// may be missing where other triangles hide the light; elsewhere they are closed curves, so
+    /// that the changes of the number of layers (triangles over a point) around any point add up to
+    /// zero.
     #[must_use]
     pub fn silhouettes(&self) -> &[Silhouette] {
         &self.0.shaft.scratch.outline.found

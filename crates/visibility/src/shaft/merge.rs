@@ -13,14 +13,15 @@ use crate::{
 };
 use linelit_simd::Simd;
 
-/// The number of hidden intervals that a line's slots hold before they spill.
+/// The number of hidden intervals that the slots of a line hold before they spill into a list.
 const ROOM: usize = 23;
 
 /// The largest number of intervals per line that a network over the lanes sorts: the slots and the
 /// running interval.
 const NETWORK: usize = ROOM + 1;
 
-/// Visible pieces shorter than this fraction of their line are rounding errors, and are dropped.
+/// The length, as a fraction of the line, below which a visible piece is taken for a rounding error
+/// and dropped.
 const LEAST_PIECE: f64 = 1e-14;
 
 /// The slots of eight lines: hidden intervals that did not touch their line's running interval.
@@ -29,7 +30,7 @@ const LEAST_PIECE: f64 = 1e-14;
 struct SlotBlock {
     lo: [[f64; 8]; ROOM + 1],
     hi: [[f64; 8]; ROOM + 1],
-    /// The number of slots in use of each line.
+    /// For each line, the number of its slots in use.
     count: [u32; 8],
 }
 
@@ -37,13 +38,13 @@ struct SlotBlock {
 #[derive(Debug, Default)]
 pub(crate) struct Slots {
     blocks: Vec<SlotBlock>,
-    /// Intervals that spilled, each with its line.
+    /// The intervals that spilled from the slots, each with the index of its line.
     spilled: Vec<(usize, f64, f64)>,
     sorted: Vec<(f64, f64)>,
 }
 
 impl Slots {
-    /// Starts over with this number of lines and no hidden intervals.
+    /// Starts over with this number of lines, none of which has hidden intervals.
     pub(crate) fn reset(&mut self, lines: usize) {
         let blocks = lines.div_ceil(8);
         if self.blocks.len() < blocks {
@@ -55,14 +56,14 @@ impl Slots {
         self.spilled.clear();
     }
 
-    /// The number of slots in use of each line of a block.
+    /// Returns the number of slots in use for each line of a block.
     #[inline(always)]
     pub(crate) fn counts(&self, block: usize) -> &[u32; 8] {
         &self.blocks[block].count
     }
 
-    /// Slot number `row` of each line of a block; an empty interval (from one to zero) for lines
-    /// with fewer slots.
+    /// Returns the interval in slot `row` of each line of a block; an empty interval (from one to
+    /// zero) for lines with fewer slots in use.
     #[inline(always)]
     pub(crate) fn row<S: Simd>(&self, s: S, block: usize, row: u32) -> [S::D; 2] {
         let slots = &self.blocks[block];
@@ -91,7 +92,7 @@ impl Slots {
         }
     }
 
-    /// Stores an interval for each line in the mask `lanes`.
+    /// Stores the intervals of the lines in the mask `lanes`.
     #[inline(always)]
     pub(crate) fn push_lanes<S: Simd>(
         &mut self,
@@ -152,7 +153,7 @@ impl Slots {
         }
     }
 
-    /// The largest number of slots in use over the lines of a block.
+    /// Returns the largest number of slots in use over the lines of a block.
     #[inline(always)]
     pub(crate) fn most(&self, block: usize) -> usize {
         let mut most = 0;
@@ -208,7 +209,7 @@ impl Slots {
     }
 }
 
-/// The visible pieces of eight lines, in parameters that ascend from row to row.
+/// The visible pieces of eight lines, as parameters of the lines, which ascend from row to row.
 #[derive(Debug, Default)]
 pub(crate) struct Pieces {
     rows: Vec<PieceRow>,
@@ -305,8 +306,8 @@ fn finish_few<S: Simd, const MOST: usize>(
     emit(s, s.dlt(edge, to), start, s.dsplat(1.0), out);
 }
 
-/// Loads the hidden intervals of eight lines in ascending order of their lower ends; empty ones
-/// come last. `lo` has to be infinite at the beginning.
+/// Loads the hidden intervals of eight lines in ascending order of their lower ends, with empty
+/// intervals last. `lo` has to be infinite when the function is called.
 #[inline(always)]
 fn load_sorted<S: Simd, const MOST: usize>(
     s: S,
@@ -333,7 +334,8 @@ fn load_sorted<S: Simd, const MOST: usize>(
     sort_lanes(s, lo, hi, used);
 }
 
-/// Adds the pieces from `t0` to `t1` in the lanes of `on` where they are long enough.
+/// Adds a visible piece from `t0` to `t1` to each line in the mask `on`, where the piece is long
+/// enough ([`LEAST_PIECE`]).
 #[inline(always)]
 fn emit<S: Simd>(s: S, on: S::M, t0: S::D, t1: S::D, out: &mut Pieces) {
     let found = s.bits(on & s.dle(s.dsplat(LEAST_PIECE), t1 - t0));

@@ -1,6 +1,6 @@
-//! Shafts: what is between one shading point and one light, found once and then queried for many
-//! line samples and points. [`Occluders::shaft`] makes a [`Shaft`] from a [`ShaftQuery`]; the
-//! modules below have its kernels.
+//! Shafts: the search for triangles between one shading point and one light, whose result is then
+//! queried for many line samples and points. [`Occluders::shaft`] makes a [`Shaft`] from a
+//! [`ShaftQuery`]; the modules below have its kernels.
 
 pub(crate) mod bins;
 pub(crate) mod block;
@@ -33,14 +33,15 @@ use find::Found;
 use linelit_geometry::{DVec3, Margins, Segment, Vector3, stop};
 use std::ops::Range;
 
-/// The parameters of a shaft: a shading point, a light, and what does not hide the light.
+/// The parameters of a shaft: a shading point, a light, and the triangles and margins that do not
+/// hide the light.
 #[derive(Clone, Debug)]
 pub struct ShaftQuery<'a> {
     /// The shading point, already offset from its own surface.
     pub point: DVec3,
     /// The light: a polygon, or the two ends of a linear light.
     pub light: LightCorners<'a>,
-    /// The light's own triangles, which do not hide it.
+    /// The indices of the light's own triangles, which do not hide it.
     pub exclude: Range<u32>,
     /// How close to the point and to the light an occluder hides nothing, as fractions of the way
     /// between the two.
@@ -48,7 +49,8 @@ pub struct ShaftQuery<'a> {
 }
 
 impl<'a> ShaftQuery<'a> {
-    /// Creates a query for a light that none of the triangles belongs to, with the default margins.
+    /// Creates a query for a light to which none of the triangles belongs, with the default
+    /// margins.
     #[must_use]
     pub fn new(point: impl Vector3, light: impl Into<LightCorners<'a>>) -> Self {
         Self {
@@ -59,7 +61,7 @@ impl<'a> ShaftQuery<'a> {
         }
     }
 
-    /// Excludes the triangles with these numbers, which are those of the light itself.
+    /// Excludes the triangles with these indices, which are the light's own.
     #[must_use]
     pub fn excluding(self, exclude: Range<u32>) -> Self {
         Self { exclude, ..self }
@@ -84,16 +86,17 @@ pub enum ShaftClass {
 pub struct Shaft<'a> {
     occluders: &'a Occluders,
     scratch: &'a mut Scratch,
-    /// The first number and the count of the light's own triangles.
+    /// The index of the first of the light's own triangles, and how many there are.
     exclude: (u32, u32),
     /// The result of the search for solid triangles.
     found: Found,
-    /// Whether triangles with holes are in between, which may hide a part.
+    /// Whether triangles with holes are between the point and the light; they may hide a part of
+    /// it.
     has_holes: bool,
 }
 
 impl Occluders {
-    /// Searches for everything between a point and a light.
+    /// Searches for all triangles between a point and a light, those with holes included.
     pub fn shaft<'a>(&'a self, query: ShaftQuery<'_>, scratch: &'a mut Scratch) -> Shaft<'a> {
         let light = query.light;
         let mut shaft = self.own_shaft(query, scratch);
@@ -141,7 +144,7 @@ impl<'a> Shaft<'a> {
 }
 
 impl Shaft<'_> {
-    /// Counts the shaft in its class.
+    /// Counts the shaft in the counter of its class.
     #[inline]
     fn count(&mut self) {
         let (class, dense) = (self.class(), self.is_dense());
@@ -191,15 +194,15 @@ impl Shaft<'_> {
         matches!(self.found, Found::Many | Found::Unknown) || self.has_holes
     }
 
-    /// The triangles that may hide a part of the light, by their numbers in the list that the
+    /// Returns the triangles that may hide a part of the light, as indices into the list that the
     /// occluders were built from, each once, in no particular order. Together they hide everything
     /// that is hidden. Of a closed mesh that is close to neither the shading point nor the light,
-    /// the triangles that face one way are left out, since those that face the other way hide as
-    /// much. There are none for an empty or blocked shaft; `None` for a dense one, which does not
-    /// store them all.
+    /// the triangles that face one way are left out, since the triangles that face the other way
+    /// hide as much. There are none for an empty or blocked shaft. The result is `None` for a dense
+    /// shaft, which does not store all of its triangles.
     ///
-    /// There are fewer than [`Self::candidates`] where triangles were clipped into pieces. The
-    /// order is the same on every instruction set.
+    /// There are fewer triangles than [`Self::candidates`] where triangles were clipped into
+    /// pieces. The order is the same on every instruction set.
     #[must_use]
     pub fn candidate_triangles(&self) -> Option<impl ExactSizeIterator<Item = u32> + '_> {
         let leaves = &self.occluders.bvh.hierarchy.leaves;
@@ -207,8 +210,8 @@ impl Shaft<'_> {
         Some(self.candidate_slots()?.iter().map(id))
     }
 
-    /// The corners of [`Self::candidate_triangles`] in world space, as they were given: whole
-    /// triangles, parts of which may be beyond the light or behind the shading point.
+    /// Returns the corners of the [`Self::candidate_triangles`] in world space, as they were given:
+    /// whole triangles, parts of which may be beyond the light or behind the shading point.
     #[must_use]
     pub fn candidate_corners(&self) -> Option<impl ExactSizeIterator<Item = [DVec3; 3]> + '_> {
         let hierarchy = &*self.occluders.bvh.hierarchy;
@@ -220,12 +223,13 @@ impl Shaft<'_> {
         Some(self.candidate_slots()?.iter().map(corners))
     }
 
-    /// The images of the candidates on the [plane](Self::light_plane) of the light, seen from the
-    /// shading point; `None` unless the light is partly hidden by few enough triangles to store.
+    /// Returns the candidates projected from the shading point onto the [plane](Self::light_plane)
+    /// of the light, as their corners in (p, q); `None` unless the light is partly hidden by few
+    /// enough triangles to store.
     ///
-    /// Each is the image of a triangle or of a piece of one, in either orientation. Images extend
-    /// beyond the light; together they cover exactly what is hidden of it. An edge that two
-    /// triangles of a mesh share has the same ends in both images, to the bit.
+    /// Each entry is the projection of a triangle or of a piece of one, in either orientation. The
+    /// projections extend beyond the light; together they cover exactly what is hidden of it. An
+    /// edge that two triangles of a mesh share has bit-identical ends in both projections.
     #[must_use]
     pub fn images(&self) -> Option<impl ExactSizeIterator<Item = [[f64; 2]; 3]>> {
         let is_few = self.found == Found::Few && !self.has_holes;
@@ -239,22 +243,22 @@ impl Shaft<'_> {
         &self.scratch.counters
     }
 
-    /// A distance, in the units of the scene, beyond which there are no triangles as seen from the
-    /// shading point. It is generous (1024 times the largest coordinate of the triangles plus that
-    /// of the point, about the hierarchy's origin); rounding errors of corners and of ray hits are
-    /// proportional to it.
+    /// A distance from the shading point, in the units of the scene, beyond which there are no
+    /// triangles. It is generous: 1024 times the largest coordinate of the triangles plus the
+    /// largest coordinate of the point, both relative to the hierarchy's origin. Rounding errors of
+    /// corners and of ray hits are proportional to it.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.occluders.bvh.reach(self.point())
     }
 
-    /// Whether a point of the light is visible, given by its position relative to the shading
-    /// point.
+    /// Whether a point of the light is visible. The point is given by its position relative to the
+    /// shading point.
     pub fn place_visible(&mut self, place: DVec3) -> bool {
         self.point_visible(self.point() + place)
     }
 
-    /// The slots of the candidates: leaf × 8 + lane.
+    /// Returns the slots of the candidates: leaf × 8 + lane.
     fn candidate_slots(&self) -> Option<&[u32]> {
         match self.class() {
             ShaftClass::Partial if self.is_dense() => None,
@@ -283,7 +287,7 @@ impl Shaft<'_> {
         self.scratch.counters.intervals += out.interval_count() as u64;
     }
 
-    /// Finds what is visible past the solid triangles.
+    /// Finds the parts of lines that no solid triangle hides.
     #[inline]
     pub(crate) fn own_visible(&mut self, lines: &[Segment], out: &mut VisibleLines) {
         match self.found {
@@ -306,7 +310,8 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers the lines from `first` on that share a direction, and returns how many they are.
+    /// Finds the visible parts of the lines from index `first` on that share a direction, and
+    /// returns how many lines these are.
     fn group(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) -> usize {
         let isa = self.occluders.bvh.isa;
         let dense = self.found == Found::Many;
@@ -315,11 +320,11 @@ impl Shaft<'_> {
         if dense {
             self.visible_dense(lines, first, out);
         }
-        // At least the one line, even if it is not finite.
+        // Count at least the one line, even if it is not finite.
         count.max(1)
     }
 
-    /// Answers a line as a light of its own, for lights that have no frame.
+    /// Finds the visible parts of a line as a light of its own, for lights that have no frame.
     #[cold]
     fn one(&mut self, lines: &[Segment], i: usize, out: &mut VisibleLines) {
         let ends = [lines[i].p0, lines[i].p1];
@@ -341,9 +346,9 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers a line by testing all triangles of the scene, for lines that have no frame either. A
-    /// line that is seen end on, or is so small that rounding decides its parts, has no visible
-    /// part unless both ends are visible.
+    /// Finds the visible parts of a line by testing all triangles of the scene, for lines that have
+    /// no frame either. A line that is seen end on, or is so small that rounding decides which of
+    /// its parts are visible, has no visible part unless both ends are visible.
     #[cold]
     fn by_all(&mut self, line: &Segment, i: usize, out: &mut VisibleLines) {
         if !has_length(line) {
@@ -357,7 +362,7 @@ impl Shaft<'_> {
         }
         match past {
             Some(past) => out.put(i, past.parts.iter().map(|part| (part.lo, part.hi, true))),
-            // Seen end on, all of the line is visible where its ends are.
+            // If the line is seen end on, all of it is visible if its ends are.
             None => out.put_whole(i),
         }
     }
@@ -376,15 +381,15 @@ impl Shaft<'_> {
         self.exclude.0..self.exclude.0 + self.exclude.1
     }
 
-    /// Whether no triangle is before a point; false if there is no ray to it, since a coordinate
-    /// overflows.
+    /// Whether no triangle hides a point from the shading point; false if there is no ray to the
+    /// point, since a coordinate overflows.
     fn ray_reaches(&mut self, target: DVec3) -> bool {
         let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins());
         ray.is_some_and(|ray| !self.meets(&ray))
     }
 
-    /// A leaf with a triangle that is before a point, if there is one and a ray to the point
-    /// exists.
+    /// Returns a leaf with a triangle that hides a point; `None` if there is no such triangle, or
+    /// no ray to the point.
     fn what_hides(&mut self, target: DVec3) -> Option<Child> {
         let ray = shadow_ray(&self.occluders.bvh, self.point(), target, self.margins())?;
         let (_, leaf) = self.meets(&ray).then_some(self.scratch.rays.last)??;
@@ -400,7 +405,7 @@ impl Shaft<'_> {
         ray::any(bvh.isa, bvh, ray, &exclude, rays, counters)
     }
 
-    /// Answers the lines of a dense shaft, a few at a time.
+    /// Finds the visible parts of the lines of a dense shaft, a few lines at a time.
     fn visible_dense(&mut self, lines: &[Segment], first: usize, out: &mut VisibleLines) {
         let mut start = 0;
         while start < self.scratch.lines.ends.count {
@@ -410,8 +415,8 @@ impl Shaft<'_> {
         }
     }
 
-    /// Answers a few neighbours among the lines of a dense shaft, by a walk of their own. `few` are
-    /// their positions in ascending order.
+    /// Finds the visible parts of a few neighbours among the lines of a dense shaft, by a walk of
+    /// their own. `few` is the range of their positions in ascending order of u.
     fn visible_few(
         &mut self,
         few: Range<usize>,
@@ -459,14 +464,14 @@ impl Shaft<'_> {
         // The corners are those of a matrix that was inverted.
         let room = DVec3::splat(ray::ROOM * self.reach());
         let bvh = &self.occluders.bvh;
-        // Start the walk with leaves that hide much of the lines, if there are such.
+        // Start the walk with leaves that hide much of the lines, if rays find such leaves.
         let hidden = self.seek_cover(lines, few.clone(), first);
         let query = DenseQuery {
             around: [lo - room, hi + room],
             frame: around,
             exclude: self.exclude,
-            // Behind such leaves the lines are soon closed; where lines are open, silhouettes are
-            // fewer.
+            // Where such leaves were found, they soon hide the lines; where lines stay visible,
+            // there are fewer silhouettes than triangles to test.
             silhouettes: !hidden && bvh.hierarchy.surfaces.serve(self.exclude),
         };
         let scratch = &mut *self.scratch;
@@ -488,9 +493,10 @@ impl Shaft<'_> {
         }
     }
 
-    /// Finds leaves that hide much of a few lines: the leaf that a ray towards each line hits. The
-    /// walk from front to back can skip what is behind them. Returns false, with no leaves, if a
-    /// ray hits nothing or hits a leaf that seems smaller than its line.
+    /// Searches for leaves that hide much of a few lines: for each line, the leaf that a ray
+    /// towards a point of the line hits. The walk from front to back can skip what is behind these
+    /// leaves. Returns false, with no leaves, if a ray hits nothing or hits a leaf that seems
+    /// smaller than its line.
     fn seek_cover(&mut self, lines: &[Segment], few: Range<usize>, first: usize) -> bool {
         self.scratch.dense.cover.clear();
         for k in few {
@@ -527,8 +533,8 @@ impl Shaft<'_> {
         (hi - lo).length() >= share * (line.p1 - line.p0).length()
     }
 
-    /// Sends a ray through the middle of each gap, and hides the parts of the gap that it shows to
-    /// be hidden.
+    /// Sends a ray towards the middle of each gap, and hides the parts of the gap that are hidden
+    /// according to the ray's answer.
     fn look_through_gaps(&mut self, lines: &[Segment]) {
         for k in 0..self.scratch.dense.crossings.gaps.len() {
             let Gap { line, middle, .. } = self.scratch.dense.crossings.gaps[k];
@@ -563,7 +569,8 @@ impl Shaft<'_> {
         !past.is_some_and(|(past, scratch, counters)| past.hides(light_point, scratch, counters))
     }
 
-    /// The query past the triangles with holes, and the buffers for it; `None` if there are none.
+    /// Returns the query for triangles with holes, and the buffers for it; `None` if there are no
+    /// triangles with holes.
     fn past_holes(&mut self) -> Option<(Past<'_>, &mut PastScratch, &mut Counters)> {
         let holes = self.occluders.holes.as_ref()?;
         let past = holes.past(self.point(), self.margins());
@@ -584,7 +591,7 @@ impl Shaft<'_> {
         self.has_holes = count > 0;
     }
 
-    /// Whether a point is visible past the solid triangles.
+    /// Whether no solid triangle hides a point.
     #[inline]
     pub(crate) fn own_point_visible(&mut self, light_point: DVec3) -> bool {
         match self.found {
@@ -593,7 +600,7 @@ impl Shaft<'_> {
             Found::Many | Found::Unknown => self.ray_reaches(light_point),
             Found::Few => {
                 let at = self.scratch.seen.frame.project(light_point - self.point());
-                // The image of a point that is not finite is not a number.
+                // The projection of a point that is not finite is not a number.
                 if at[0].is_nan() && !light_point.is_finite() {
                     return false;
                 }

@@ -1,5 +1,5 @@
-//! [`LightPlane`]: the plane of a shaft's light with its coordinates (p, q), in which images of
-//! occluders are given.
+//! [`LightPlane`]: the plane of a shaft's light with its coordinates (p, q), in which projections
+//! of occluders are given.
 
 use crate::shaft::frame::LightFrame;
 use linelit_geometry::{DMat3, DVec3};
@@ -15,7 +15,7 @@ pub struct LightPlane<'a> {
 }
 
 impl LightFrame {
-    /// The plane of the light.
+    /// Returns the plane of the light.
     pub(crate) fn plane(&self) -> LightPlane<'_> {
         // The columns of the inverse are the points where (P, Q, W) is (1, 0, 0), (0, 1, 0) and (0,
         // 0, 1).

@@ -2,8 +2,9 @@
 //! whole light, miss it, are back faces, or have to be clipped first.
 //!
 //! A vertex is projected by operations that depend on the vertex alone, and an edge that is clipped
-//! is clipped from its inner end. So triangles that share an edge have the same image of it, to the
-//! bit.
+//! is clipped from its inner end. So triangles that share an edge have bit-identical projections of
+//! it. In this module, the *image* of a triangle is its projection from the shading point onto the
+//! light's plane.
 
 use crate::{
     closed_mesh::BackfaceFilter,
@@ -17,14 +18,14 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// The distance at which triangles are clipped that extend far beyond the light, which is within
-/// [0, 1]. It is a power of two, so that the sign of `P + GUARD W` is exact. Whether a vertex is
-/// clipped off depends on the vertex alone, so that triangles clip a shared edge alike. See
-/// `docs/decisions/004-candidates-projected-once.md`.
+/// The distance from the light, in units of the light, at which triangles are clipped that extend
+/// far beyond it; the light is within [0, 1]. The distance is a power of two, so that the sign of
+/// `P + GUARD W` is exact. Whether a vertex is clipped off depends on the vertex alone, so that
+/// triangles clip a shared edge alike. See `docs/decisions/004-candidates-projected-once.md`.
 pub(crate) const GUARD: f64 = 4096.0;
 
-/// The capacity for a shaft's triangles, one more leaf, and packed stores, which write eight at a
-/// time.
+/// The capacity of [`Corners`]: the triangles of a shaft that is not dense, one more leaf, and the
+/// extent of packed stores, which write eight entries at a time.
 const ROOM: usize = DENSE + 16;
 
 /// Triangles that wait to be projected, as a structure of arrays.
@@ -60,8 +61,8 @@ impl Corners {
         &self.slots[..self.count]
     }
 
-    /// The positions of one vertex of eight triangles from index `start` on; its rows begin at
-    /// `first`.
+    /// Returns the positions of one vertex of the eight triangles from index `start` on; `first` is
+    /// the index of the vertex's first row.
     #[inline(always)]
     fn vertex<S: Simd>(&self, s: S, start: usize, first: usize) -> [S::F; 3] {
         let mut place = [s.splat(0.0); 3];
@@ -98,15 +99,15 @@ impl Corners {
     }
 }
 
-/// The images of triangles in the light's (p, q) plane, as a structure of arrays.
+/// The projections of triangles onto the light's plane, in (p, q), as a structure of arrays.
 #[derive(Debug, Default)]
 pub(crate) struct FlatTriangles {
-    /// The rows p and q of vertex 0, then of vertices 1 and 2; they may be longer than `count`.
+    /// The rows p and q of vertex 0, then of vertices 1 and 2; the rows may be longer than `count`.
     rows: [Vec<f64>; 6],
     pub(crate) count: usize,
 }
 
-/// The rows of eight images.
+/// The rows of eight projected triangles, as in [`FlatTriangles`].
 pub(crate) type FlatBlock<'a> = [&'a [f64; 8]; 6];
 
 impl FlatTriangles {
@@ -114,17 +115,17 @@ impl FlatTriangles {
         self.count = 0;
     }
 
-    /// The images from index `first` on.
+    /// Returns the corners of the projected triangles from index `first` on.
     pub(crate) fn get_from(&self, first: usize) -> impl ExactSizeIterator<Item = [[f64; 2]; 3]> {
         (first.min(self.count)..self.count).map(|i| self.get(i))
     }
 
-    /// The corners of one image.
+    /// Returns the corners of one projected triangle.
     pub(crate) fn get(&self, i: usize) -> [[f64; 2]; 3] {
         [0, 2, 4].map(|k| [self.rows[k][i], self.rows[k + 1][i]])
     }
 
-    /// The rows in blocks of eight; the last block may hold more than is in use.
+    /// Returns the rows in blocks of eight triangles; the last block may hold more than is in use.
     #[inline(always)]
     pub(crate) fn blocks(&self) -> impl Iterator<Item = FlatBlock<'_>> {
         let [a, b, c, d, e, f] = &self.rows;
@@ -132,7 +133,7 @@ impl FlatTriangles {
         (0..self.count.div_ceil(8)).map(move |i| [&a[i], &b[i], &c[i], &d[i], &e[i], &f[i]])
     }
 
-    /// Ensures capacity for eight more images and one packed store.
+    /// Ensures capacity for eight more triangles and one packed store.
     #[inline(always)]
     fn reserve(&mut self) {
         if self.rows[5].len() < self.count + 16 {
@@ -148,7 +149,7 @@ impl FlatTriangles {
         }
     }
 
-    /// Adds an image that covers the whole unit square.
+    /// Adds a triangle that covers the whole unit square.
     pub(crate) fn hide_all(&mut self) {
         self.push([-1.0, -1.0, 4.0, -1.0, -1.0, 4.0]);
     }
@@ -161,7 +162,7 @@ impl FlatTriangles {
         self.count += 1;
     }
 
-    /// Adds the images in the mask `keep`.
+    /// Adds the projected triangles in the mask `keep`.
     #[inline(always)]
     fn add<S: Simd>(&mut self, s: S, keep: u8, image: &[[S::D; 2]; 3]) {
         self.reserve();
@@ -174,7 +175,7 @@ impl FlatTriangles {
 
 /// Projects up to eight triangles from index `start` on, and returns a bit for each that may hide a
 /// part of the light; `None` if one of them hides the whole light. Unless `SEPARATE`, most
-/// triangles that miss the light are not dropped.
+/// triangles that miss the light are projected nevertheless.
 #[allow(clippy::too_many_lines, reason = "a kernel, whose steps are one")]
 #[inline(always)]
 pub(crate) fn project_some<S: Simd, const SEPARATE: bool>(
@@ -270,8 +271,8 @@ pub(crate) fn to_plane<S: Simd>(s: S, v: &Vertex<S>) -> [S::D; 2] {
     [v[0] * inverse, v[1] * inverse]
 }
 
-/// Whether a vertex is closer to the light than the guard: the same decision as in
-/// [`cut_triangle`].
+/// Returns the mask of vertices whose projections are closer to the light than [`GUARD`]: the same
+/// decision as in [`cut_triangle`].
 #[inline(always)]
 pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     let zero = s.dsplat(0.0);
@@ -281,7 +282,7 @@ pub(crate) fn within_guard<S: Simd>(s: S, v: &Vertex<S>) -> S::M {
     s.dle(s.dmax(p, q), limit)
 }
 
-/// The coordinates (P, Q, W) of eight positions.
+/// Returns the coordinates (P, Q, W) of eight positions.
 #[inline(always)]
 pub(crate) fn to_frame<S: Simd>(
     s: S,
@@ -301,7 +302,7 @@ pub(crate) fn to_frame<S: Simd>(
     ]
 }
 
-/// Returns the triangles of a leaf that hide the whole light.
+/// Returns a bit for each triangle of a leaf that hides the whole light alone.
 #[inline(always)]
 pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFrame) -> u8 {
     // Not by `map`, which is not inlined here.
@@ -315,7 +316,8 @@ pub(crate) fn hiding<S: Simd>(s: S, leaf: &Leaf, point: DVec3, frame: &LightFram
     cone(s, [&a, &b, &c], frame).1
 }
 
-/// Returns which images have the whole light in their bounds; those that hide it are among them.
+/// Returns a bit for each projected triangle with the whole light in its bounding rectangle; the
+/// triangles that hide the whole light are among them.
 #[inline(always)]
 fn around_light<S: Simd>(s: S, low: [S::D; 2], high: [S::D; 2], shape: Shape) -> u8 {
     let upper = if shape == Shape::Line {
@@ -395,7 +397,7 @@ fn cone<S: Simd>(s: S, [a, b, c]: [&Vertex<S>; 3], frame: &LightFrame) -> (u8, u
     (s.bits(clear & outside | near), s.bits(covers))
 }
 
-/// The least and the largest value of a linear form over the light's corners.
+/// Returns the least and the largest value of a linear form over the light's corners.
 #[inline(always)]
 fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D) {
     let mut least = s.dsplat(f64::INFINITY);
@@ -412,7 +414,8 @@ fn over_corners<S: Simd>(s: S, n: &Vertex<S>, frame: &LightFrame) -> (S::D, S::D
     (least, most)
 }
 
-/// The plane through the shading point and two vertices: their cross product.
+/// Returns the plane through the shading point and two vertices, as the cross product of the
+/// vertices.
 #[inline(always)]
 fn normal<S: Simd>(a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
     [
@@ -422,8 +425,8 @@ fn normal<S: Simd>(a: &Vertex<S>, b: &Vertex<S>) -> Vertex<S> {
     ]
 }
 
-/// The largest value of a linear form over the square around the light, with a small margin for
-/// lines along the light's own edges.
+/// Returns the largest value of a linear form over the square, triangle or line that bounds the
+/// light, with a small margin for lines along the light's own edges.
 #[inline(always)]
 fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     let zero = s.dsplat(0.0);
@@ -436,11 +439,11 @@ fn largest_over_light<S: Simd>(s: S, n: &Vertex<S>, shape: Shape) -> S::D {
     most + s.dmax(n[1], zero)
 }
 
-/// The bounding boxes, areas and rounding errors of eight images.
+/// The bounding rectangles, areas and rounding errors of eight projected triangles.
 struct Extent<S: Simd> {
     low: [S::D; 2],
     high: [S::D; 2],
-    /// Twice the signed areas: positive for counter-clockwise images in (p, q).
+    /// Twice the signed areas: positive for triangles that are counter-clockwise in (p, q).
     area: S::D,
     /// The rounding error of a cross product of coordinate differences.
     room: S::D,
@@ -473,7 +476,8 @@ impl<S: Simd> Extent<S> {
     }
 }
 
-/// Returns which images miss the light: a side of the light or of the triangle separates the two.
+/// Returns a bit for each projected triangle that misses the light: a side of the light or of the
+/// triangle separates the two.
 #[inline(always)]
 fn misses_light<S: Simd>(
     s: S,
@@ -532,8 +536,8 @@ fn cross<S: Simd>(ax: S::D, ay: S::D, bx: S::D, by: S::D) -> S::D {
     ax * by - ay * bx
 }
 
-/// Clips a triangle at the margins and at the guard, and adds its pieces. The coordinates P and Q
-/// of its corners are `shift` W too large.
+/// Clips a triangle, given by its corners in (P, Q, W), at the margins and at the guard, and adds
+/// its pieces to `flat`. The coordinates P and Q of the corners are `shift` · W too large.
 #[inline(never)]
 fn cut_triangle(
     triangle: [[f64; 3]; 3],
@@ -541,8 +545,9 @@ fn cut_triangle(
     frame: &LightFrame,
     flat: &mut FlatTriangles,
 ) {
-    // Due to rounding, a plane may cross every second edge of a polygon that lies along it: half as
-    // many edges more for each plane, 28 after six.
+    // Two buffers for the corners of the clipped polygon. Due to rounding, a plane may cross every
+    // second edge of a polygon that lies along it: half as many edges more for each plane, 28 after
+    // six.
     let mut rooms = [[[0.0; 3]; 32]; 2];
     let [polygon, next] = &mut rooms;
     let (mut polygon, mut next) = (polygon, next);

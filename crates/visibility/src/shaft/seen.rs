@@ -1,5 +1,5 @@
 //! The state of a shaft: a light as seen from a shading point, with the triangles in between, and
-//! the steps that collect and project these.
+//! the functions that collect and project these triangles.
 
 use crate::{
     bvh::Bvh,
@@ -21,11 +21,11 @@ pub(crate) struct ShaftState {
     pub(crate) point: DVec3,
     /// The light of the latest query.
     pub(crate) light: Light,
-    /// The light as seen from the shading point.
+    /// The projective frame of the light for the shading point.
     pub(crate) frame: LightFrame,
     /// The triangles in the shaft.
     pub(crate) corners: Box<Corners>,
-    /// The images of the triangles on the light's plane.
+    /// The projections of the triangles onto the light's plane.
     pub(crate) flat: FlatTriangles,
     /// Cached answers to which closed meshes are clear of the shaft's ends.
     clear_of: ClearOfMesh,
@@ -43,9 +43,9 @@ pub(crate) struct ShaftSearch<'a> {
 }
 
 impl ShaftState {
-    /// Begins a search from the shading point towards the light; or, if `few` are given by their
-    /// frame and the box around them in the hierarchy's coordinates, towards a few lines on the
-    /// light. `None` if there are no [bounds](ShaftBounds::new).
+    /// Begins a search from the shading point towards the light; or, if `few` is given, towards a
+    /// few lines on the light, described by their frame and their bounding box in the hierarchy's
+    /// coordinates. `None` if there are no [bounds](ShaftBounds::new).
     #[inline(always)]
     pub(crate) fn look<'a, S: Simd>(
         &'a mut self,
@@ -133,9 +133,10 @@ impl ShaftSearch<'_> {
         true
     }
 
-    /// Projects stored triangles, eight at a time from the end, as long as there are eight, or
-    /// `all` of them; calls `take` with the index of the first new image after each step. False if
-    /// a triangle hides the whole light, or `take` returns false because nothing more matters.
+    /// Projects stored triangles, eight at a time from the end, as long as there are eight, or all
+    /// of them if `all` is true; calls `take` with the index of the first new projection after each
+    /// step. Returns false if a triangle hides the whole light, or if `take` returns false because
+    /// no other triangle matters.
     #[inline(always)]
     pub(crate) fn project_last<S: Simd>(
         &mut self,

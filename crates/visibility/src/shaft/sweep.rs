@@ -1,5 +1,6 @@
-//! The sweep of line samples against the images of triangles: which interval of each line each
-//! triangle hides.
+//! The sweep of line samples over the projections of triangles: which interval of each line each
+//! triangle hides. The *image* of a triangle is its projection from the shading point onto the
+//! light's plane.
 //!
 //! In coordinates (u, v) with v along the lines, a line is a number u. A triangle's vertices are
 //! sorted by u; between two of them, its sides are linear in u:
@@ -32,8 +33,8 @@ use linelit_simd::{Simd, dispatch};
 /// slopes of the sides 0–1, 0–2 and 1–2.
 pub(crate) type ReadyBlock = Lanes<[[f64; 8]; 8]>;
 
-/// Prepares eight images: rotates them to the lines' direction, sorts their vertices, and computes
-/// the slopes.
+/// Prepares eight projected triangles: rotates them to the lines' direction, sorts their vertices
+/// by u, and computes the slopes of their sides.
 #[inline(always)]
 fn ready_eight<S: Simd>(s: S, flat: &FlatBlock<'_>, along: [f64; 2]) -> ReadyBlock {
     let (dx, dy) = (s.dsplat(along[0]), s.dsplat(along[1]));
@@ -95,16 +96,17 @@ impl LineScratch {
         }
     }
 
-    /// Stores the visible pieces of all lines in `out`, after everything that hides them was swept.
+    /// Stores the visible pieces of all lines in `out`, after all triangles that hide them were
+    /// swept.
     #[inline(always)]
     fn finish<S: Simd>(&mut self, s: S, out: &mut VisibleLines) {
         merge::finish(s, &self.lines, &mut self.slots, &mut self.pieces, out);
     }
 }
 
-/// Computes the coordinates of the first lines that share a direction, and returns how many they
-/// are; unless the shaft is dense, also finds their visible pieces. `first` is the number of the
-/// first of them in the caller's list.
+/// Computes the coordinates of the first lines that share a direction, and returns how many lines
+/// these are. Unless the shaft is dense, the function also finds their visible pieces. `first` is
+/// the index of the first of them in the caller's list.
 #[inline(always)]
 fn sweep_kernel<S: Simd>(
     s: S,
@@ -132,7 +134,8 @@ fn finish_kernel<S: Simd>(s: S, scratch: &mut LineScratch, out: &mut VisibleLine
     scratch.finish(s, out);
 }
 
-/// Sweeps all triangles over the lines of one block, whose running intervals stay in registers.
+/// Sweeps all triangles over the lines of one block, whose latest hidden intervals stay in
+/// registers.
 #[inline(always)]
 fn sweep_block<S: Simd>(
     s: S,
@@ -190,8 +193,8 @@ fn sweep_block<S: Simd>(
     s.dstore(run_hi, &mut block.run_hi);
 }
 
-/// Whether a point of the (p, q) plane is inside one of the images; edges and corners count as
-/// inside.
+/// Whether a point of the (p, q) plane is inside one of the projected triangles; edges and corners
+/// count as inside.
 #[inline(always)]
 fn point_kernel<S: Simd>(s: S, flat: &FlatTriangles, point: [f64; 2]) -> bool {
     let (x, y) = (s.dsplat(point[0]), s.dsplat(point[1]));

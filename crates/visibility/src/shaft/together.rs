@@ -1,5 +1,5 @@
-//! Lights that no triangle hides alone, but some that share edges hide together, as the two halves
-//! of a ceiling do.
+//! The search for triangles that share edges and together hide a whole light that none of them
+//! hides alone, as the two halves of a ceiling do.
 //!
 //! From a triangle over a point of the light, look across each edge that runs over the light for a
 //! triangle on its other side:
@@ -12,34 +12,35 @@
 //!   +-----------------+
 //! ```
 //!
-//! The number of triangles over a place, which all run counter-clockwise, changes at their edges
-//! alone. It does not at an edge that two of them have in opposite directions. Where no other edge
-//! meets the light, it is one number for all of the light: of the point where the search began, and
-//! so not zero. Images share the ends of their common edges to the bit, so that no gap is invented
-//! or overlooked.
+//! The number of triangles over a point, which are all turned to run counter-clockwise, changes at
+//! their edges alone. It does not change at an edge that two of them have in opposite directions.
+//! Where no other edge meets the light, the number is the same over all of the light as over the
+//! point where the search began, and so not zero. Projections of triangles share the ends of
+//! their common edges exactly, so that no gap is invented or overlooked.
 
 use super::frame::LightFrame;
 use super::project::FlatTriangles;
 use super::sweep::hidden_point;
 use linelit_simd::Isa;
 
-/// The most images that are looked at, for each of which there is a bit.
+/// The largest number of projected triangles that are searched, for each of which there is a bit.
+/// With more, the light does not count as hidden by this search.
 const MOST: usize = 64;
 
-/// Edges are away from the light by more than this, in units of the light. It leaves a margin for
-/// lines along the light's own sides.
+/// The distance, in units of the light, within which an edge does not count as away from the light.
+/// It leaves a margin for edges along the light's own sides.
 const MARGIN: f64 = 1e-9;
 
 type Point = [f64; 2];
 
-/// Whether images that share edges hide the light as a whole.
+/// Whether projected triangles that share edges hide the light as a whole.
 pub(crate) fn hide(isa: Isa, flat: &FlatTriangles, frame: &LightFrame) -> bool {
     let light = &frame.corners[..frame.corner_count];
-    // One that hides the light alone was found before.
+    // A single triangle that hides the light alone was found before.
     if !(2..=MOST).contains(&flat.count) || !light.iter().all(|&at| hidden_point(isa, flat, at)) {
         return false;
     }
-    // A point of the light that no symmetry of a scene puts on an edge.
+    // Choose a point of the light that no symmetry of a scene puts on an edge.
     let last = light[light.len() - 1];
     let across = light[light.len() / 2];
     let mix = |k: usize| 0.41 * light[0][k] + 0.36 * across[k] + 0.23 * last[k];
@@ -57,19 +58,21 @@ pub(crate) fn hide(isa: Isa, flat: &FlatTriangles, frame: &LightFrame) -> bool {
     (0..flat.count).any(|start| search.covers(start))
 }
 
-/// A search across the edges of images.
+/// A search across the common edges of projected triangles.
 struct Search<'a> {
-    /// The corners of a convex polygon either way round, or the ends of a line.
+    /// The light's corners: a convex polygon in either orientation, or the two ends of a line.
     light: &'a [Point],
     /// A point within the light.
     inside: Point,
     images: &'a [[Point; 3]],
-    /// A bit for each edge of each image that has an edge in the opposite direction for itself.
+    /// For each projected triangle, a bit for each of its edges that has been matched with an edge
+    /// in the opposite direction of another triangle.
     matched: [u8; MOST],
 }
 
 impl Search<'_> {
-    /// Whether an image and those that it reaches across edges hide the light.
+    /// Whether the projected triangle `start` and the triangles that the search reaches from it
+    /// across edges hide the light.
     fn covers(&mut self, start: usize) -> bool {
         let [a, b, c] = self.images[start];
         if ![(a, b), (b, c), (c, a)]
@@ -103,15 +106,16 @@ impl Search<'_> {
         [self.images[i][k], self.images[i][(k + 1) % 3]]
     }
 
-    /// An edge in the opposite direction that is not matched yet: its image, and its number there.
+    /// Returns an edge in the opposite direction that is not matched yet: the index of its
+    /// triangle, and the index of the edge in that triangle; `None` if there is no such edge.
     fn opposite(&self, [from, to]: [Point; 2]) -> Option<(usize, usize)> {
         let edges = (0..self.images.len()).flat_map(|j| [(j, 0), (j, 1), (j, 2)]);
         let mut unmatched = edges.filter(|&(j, l)| self.matched[j] >> l & 1 == 0);
         unmatched.find(|&(j, l)| self.edge(j, l) == [to, from])
     }
 
-    /// Whether an edge does not meet the light: a line separates them, of the edge itself or of a
-    /// side of the light.
+    /// Whether an edge does not meet the light: a line separates them, which is the edge's own line
+    /// or one along a side of the light.
     fn misses(&self, [a, b]: [Point; 2]) -> bool {
         let mut sides = self.light.iter().map(|&corner| side(a, b, corner));
         let first = sides.next().unwrap_or(0.0);
@@ -127,14 +131,14 @@ impl Search<'_> {
     }
 }
 
-/// An image turned so that its corners run counter-clockwise.
+/// Returns a triangle turned so that its corners run counter-clockwise.
 fn counter_clockwise([a, b, c]: [Point; 3]) -> [Point; 3] {
     let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if area < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
-/// The distance of a point to the left of the line through two others, times the distance of
-/// these; zero within the [margin](MARGIN).
+/// Returns the signed distance of a point from the line through two others, positive on its left,
+/// times the distance of these two points; zero within the [margin](MARGIN).
 fn side(from: Point, to: Point, at: Point) -> f64 {
     let along = [to[0] - from[0], to[1] - from[1]];
     let value = along[0] * (at[1] - from[1]) - along[1] * (at[0] - from[0]);

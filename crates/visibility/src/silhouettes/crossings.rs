@@ -1,10 +1,12 @@
-//! Lines past fine meshes: gaps between the parts that other triangles hide are cut where the lines
-//! cross silhouettes.
+//! The parts of lines that fine meshes hide: each gap between the parts that other triangles hide
+//! is cut where the line crosses silhouettes.
 //!
-//! Over a gap, the crossings say by how many layers each stretch differs from the first, and a
-//! single ray settles the constant. The ray is sent towards the stretch with the fewest layers: if
-//! it is free, that stretch has no layers, and the stretches with more are hidden; if it is
-//! blocked, every stretch has at least one layer, and all of the gap is hidden.
+//! A *layer* over a point is a triangle that hides it. The crossings say by how many layers each
+//! stretch of a gap, between two neighbouring crossings, differs from the gap's first stretch, and
+//! a single ray determines the number over the first. The ray is sent towards the stretch with the
+//! fewest layers. If the ray hits nothing, that stretch has no layers, and the stretches with more
+//! layers are hidden; if the ray hits a triangle, every stretch has at least one layer, and all of
+//! the gap is hidden.
 //!
 //! ```text
 //!     line     ────┬────────┬───────────┬──────
@@ -28,11 +30,12 @@ use std::ops::Range;
 /// there.
 #[derive(Debug, Default)]
 pub(crate) struct Crossings {
-    /// For each line, the positions of its crossings and the change of the number of layers there.
+    /// For each line of the walk, the positions of its crossings and the change of the number of
+    /// layers at each.
     of: [Vec<(f64, i32)>; GROUP],
-    /// The gaps between what is known to be hidden.
+    /// The gaps of all lines: the parts that are not known to be hidden.
     pub(crate) gaps: Vec<Gap>,
-    /// The stretches of all gaps.
+    /// The stretches of all gaps, gap by gap.
     stretches: Vec<Stretch>,
 }
 
@@ -41,7 +44,7 @@ pub(crate) struct Crossings {
 struct Stretch {
     low: f64,
     high: f64,
-    /// The number of layers over it, minus the number over the gap's first stretch.
+    /// The number of layers over the stretch, minus the number over the gap's first stretch.
     layers: i32,
 }
 
@@ -49,20 +52,21 @@ struct Stretch {
 /// silhouettes.
 #[derive(Clone, Debug)]
 pub(crate) struct Gap {
-    /// The line's number in the walk.
+    /// The index of the line in the walk.
     pub(crate) line: u32,
-    /// The middle of the longest stretch with the fewest layers: where to send a ray.
+    /// The centre of the longest stretch among those with the fewest layers, towards which a ray is
+    /// sent.
     pub(crate) middle: f64,
     layers: i32,
     stretches: Range<u32>,
 }
 
-/// The lines of one walk as the target of a search for silhouettes; `covered` is what is known to
-/// be hidden of them.
+/// The lines of one walk as the target of a search for silhouettes; `covered` records which parts
+/// of the lines are known to be hidden.
 pub(crate) struct OfLines<'a> {
     covered: &'a Covered,
     lines: &'a Lines,
-    /// The least and the greatest end of all lines.
+    /// The least and the greatest end of all lines, along their direction.
     start: f64,
     end: f64,
     crossings: &'a mut Crossings,
@@ -138,8 +142,9 @@ impl Target for OfLines<'_> {
     }
 }
 
-/// Records where lines of a block, those in the mask `among`, cross a side. It is the same
-/// expression as for the end of a triangle's interval, so that the two agree to the bit.
+/// Records where lines of a block, those in the mask `among`, cross a side of a triangle. The
+/// position is computed by the same expression as the end of a triangle's interval, so that both
+/// have identical bits.
 #[inline(always)]
 fn cross(
     block: &LineBlock,
@@ -168,14 +173,14 @@ fn cross(
     }
 }
 
-/// Returns one of the two ends of each line.
+/// Returns one of the two ends of each line, chosen by `which`.
 fn ends(lines: &Lines, which: fn(&LineBlock) -> &[f64; 8]) -> impl Iterator<Item = f64> {
     lines.blocks.iter().flat_map(which).copied()
 }
 
-/// A ray is sent towards stretches narrower than this, as a fraction of the light, only if there
-/// are no others: where crossings coincide, rounding decides their order, and so the layers between
-/// them.
+/// The length of a stretch, as a fraction of the light, below which a ray is sent towards it only
+/// if all stretches of the gap are shorter than this: where crossings coincide, rounding decides
+/// their order, and so the number of layers between them.
 const NARROW: f64 = 1e-13;
 
 impl Gap {
@@ -263,9 +268,9 @@ impl Crossings {
         }
     }
 
-    /// Returns the hidden parts of a gap, given whether its [middle](Gap::middle) is visible: if it
-    /// is, the stretches with as few layers are visible, and the others hidden; if not, the whole
-    /// gap is hidden.
+    /// Returns the hidden parts of a gap, given whether its [middle](Gap::middle) is visible. If it
+    /// is visible, the stretches with the fewest layers are visible, and the others hidden; if not,
+    /// the whole gap is hidden.
     pub(crate) fn hidden(&self, gap: usize, is_visible: bool) -> impl Iterator<Item = (f64, f64)> {
         let Gap {
             layers, stretches, ..

@@ -1,9 +1,9 @@
 //! The silhouettes of fine meshes as seen before a whole light, for closed forms in dense shafts.
 //!
-//! Where other triangles hide the light for sure, which [`Front`] records, silhouettes do not
-//! matter; all others are found. Their crossings determine the number of layers over each point of
-//! the light up to one constant for all points that they connect, and one ray per connected part
-//! determines the constant.
+//! Where other triangles surely hide the light, which [`Front`] records, silhouettes do not matter;
+//! all others are found. A *layer* over a point of the light is a triangle that hides it. The
+//! crossings of silhouettes determine the number of layers over each point of a connected part of
+//! the light up to one constant, and one ray per connected part determines the constant.
 
 use crate::{
     bvh::Bvh,
@@ -18,8 +18,8 @@ use crate::{
 };
 use linelit_simd::{Simd, dispatch};
 
-/// A straight piece of a surface's silhouette, or of its boundary, as seen from the shading point
-/// on the plane of the light.
+/// A straight piece of a surface's silhouette, or of its boundary, as projected from the shading
+/// point onto the plane of the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Silhouette {
     /// The point where it begins, in the coordinates (p, q) of the light's
@@ -27,7 +27,8 @@ pub struct Silhouette {
     pub from: [f64; 2],
     /// The point where it ends.
     pub to: [f64; 2],
-    /// The number of the surface's layers on its left side, minus the number on its right side.
+    /// The number of the surface's layers, that is, of its triangles over a point, on the left side
+    /// of the piece, minus the number on the right side.
     pub layers: i32,
 }
 
@@ -74,8 +75,8 @@ pub(crate) struct OutlineScratch {
 }
 
 /// Finds the silhouettes before `seen.light` where `front` does not record that the light is
-/// hidden, and adds to `seen` the images of those triangles of surfaces that have to be clipped.
-/// False if the shaft has no [bounds](crate::shaft::bounds::ShaftBounds::new).
+/// hidden, and adds to `seen` the projections of those triangles of surfaces that have to be
+/// clipped. Returns false if the shaft has no [bounds](crate::shaft::bounds::ShaftBounds::new).
 #[inline(always)]
 fn outline_kernel<S: Simd>(
     s: S,
@@ -92,7 +93,7 @@ fn outline_kernel<S: Simd>(
     let Some(mut look) = seen.look(s, bvh, exclude, None) else {
         return false;
     };
-    // Find the silhouettes before what is open.
+    // Find the silhouettes before the parts of the light that are not known to be hidden.
     front.open_complete();
     let search = Search::new(hierarchy, bvh.extent, &look.bounds, look.frame, look.point);
     search.walk(s, &mut OfLight { front, found }, lists, counters);

@@ -8,12 +8,13 @@
 //! triangles.
 //!
 //! A triangle that is not wholly between the shading point and the light, or is far outside of the
-//! light, is clipped, and its pieces hide what they hide in any shaft; to its neighbours, the sides
-//! that they share with it count as boundary edges.
+//! light, is clipped, and its pieces are handled like the triangles of any shaft; to its
+//! neighbours, the sides that they share with it count as boundary edges.
 //!
 //! The sums of layers come out exactly: ends of sides have the same bits as the corners of
-//! triangles' images, and which way a triangle faces is decided once for all three of its sides, so
-//! that every layer that begins also ends.
+//! projected triangles, and which way a triangle faces is decided once for all three of its sides,
+//! so that every layer that begins also ends. In this module, the *image* of a box or triangle is
+//! its projection from the shading point onto the light's plane.
 
 use crate::{
     build::Hierarchy,
@@ -30,30 +31,34 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// What a search finds silhouettes for: a light, or lines on it.
+/// The target for which a search finds silhouettes: a light, or lines on it.
 pub(crate) trait Target {
-    /// Returns which of eight images may matter, given bounds of p and of q. Only the bits in
+    /// Returns a bit for each of eight boxes or triangles whose projection onto the light may
+    /// matter, given the least and the greatest p and q of each projection. Only the bits in
     /// `among` are used.
     fn needs<S: Simd>(&self, s: S, among: u8, low: [S::F; 2], high: [S::F; 2]) -> u8;
 
-    /// Returns which of the eight sides between the points `from` and `to`, in (p, q), may matter.
+    /// Returns a bit for each of eight sides of triangles that may matter, given the coordinates
+    /// (p, q) of their ends `from` and `to`.
     fn meets<S: Simd>(&self, s: S, from: [S::D; 2], to: [S::D; 2]) -> u8;
 
-    /// Receives a side between two points in (p, q). `change` computes how many layers begin beyond
-    /// the side, in the direction of ascending q; its argument says whether p ascends from the
-    /// first end to the second.
+    /// Receives a side of a triangle, given by its two ends in (p, q). `change` computes how many
+    /// layers begin beyond the side, in the direction of ascending q; its argument says whether p
+    /// ascends from the first end to the second.
     fn side<S: Simd>(&mut self, s: S, ends: [[f64; 2]; 2], change: impl FnOnce(bool) -> i32);
 }
 
 /// Buffers of a search for silhouettes.
 #[derive(Debug, Default)]
 pub(crate) struct Lists {
-    /// Leaves with triangles that have to be clipped, and a bit for each such triangle.
+    /// For each leaf with triangles that have to be clipped, its reference, and a mask of these
+    /// triangles.
     pub(crate) cut: Vec<(u32, u8)>,
-    /// Nodes to open, in the order in which they were found.
+    /// The nodes to open, in the order in which they were found.
     nodes: Vec<u32>,
     /// Three lists of leaves to test: leaves in general; leaves in which no triangle has to be
-    /// clipped; and leaves for which this is also true of everything in a box three times as large.
+    /// clipped; and leaves for which no triangle in a box three times as large as theirs has to be
+    /// clipped.
     leaves: [Vec<u32>; 3],
 }
 
@@ -64,27 +69,30 @@ pub(crate) struct Search<'a> {
     frame: &'a LightFrame,
     /// The shading point in the hierarchy's coordinates.
     point: DVec3,
-    /// The shading point, rounded.
+    /// The shading point in the hierarchy's coordinates, rounded to `f32`.
     near_point: [f32; 3],
-    /// The largest rounding error of a distance from a plane.
+    /// The largest rounding error of a distance from a plane; a triangle whose plane is closer to
+    /// the shading point may face either way.
     room: f32,
-    /// Whether the images of [front](Outlines::front) triangles are counter-clockwise in (p, q).
+    /// Whether the projections of [front](Outlines::front) triangles are counter-clockwise in (p,
+    /// q).
     upright: bool,
 }
 
-/// The corners of eight triangles' images in (p, q), and what is known of each.
+/// The corners of eight triangles projected to (p, q), and what is known of each triangle.
 struct Outlines {
     p: [[f64; 8]; 3],
     q: [[f64; 8]; 3],
     /// A bit for each triangle whose plane the shading point is behind, in the orientation of its
     /// corners.
     front: u8,
-    /// For each corner, a bit for each triangle in which that corner is between the shading point
-    /// and the light, and not far outside of the light.
+    /// For each of the three corners, a bit for each triangle in which that corner is between the
+    /// shading point and the light, and not far outside of the light.
     good: [u8; 3],
 }
 
-/// What is known about a triangle and its neighbour beyond one side; false means unknown.
+/// What is known about a triangle and its neighbour beyond one of its sides. A field that is true
+/// is certain; false means that it is not known.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
     /// The shading point is behind the triangle's plane, in the orientation of its corners.
@@ -104,8 +112,9 @@ impl Outlines {
     }
 }
 
-/// Returns how many layers of a triangle begin beyond one of its sides, in the direction of
-/// ascending q: one if the triangle is beyond, minus one if it is on the near side.
+/// Returns how many layers of one triangle begin beyond one of its sides, in the direction of
+/// ascending q: 1 if the triangle lies beyond the side, −1 if it ends there. `ascending` says
+/// whether p ascends along the side, and `upright` is [`Search::upright`].
 #[inline(always)]
 fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
     // The inside of a counter-clockwise triangle is to the left of its sides.
@@ -118,8 +127,8 @@ fn layers(is_front: bool, upright: bool, ascending: bool) -> i32 {
 }
 
 impl<'a> Search<'a> {
-    /// Creates a search from a point, given the hierarchy, its extent, and the bounds and the frame
-    /// of the shaft.
+    /// Creates a search from a shading point. `extent` is the largest absolute coordinate of the
+    /// hierarchy, and the bounds and the frame are the shaft's.
     #[allow(clippy::cast_possible_truncation, reason = "rounded outward")]
     pub(crate) fn new(
         hierarchy: &'a Hierarchy,
@@ -207,9 +216,9 @@ impl<'a> Search<'a> {
         lists.leaves = leaves;
     }
 
-    /// Returns the boxes of a node that may hold a silhouette that matters or a triangle that has
-    /// to be clipped; the boxes in which no triangle has to be clipped; and those for which this is
-    /// also true of a box three times as large.
+    /// Returns three masks of a node's boxes: the boxes that may hold a silhouette that matters or
+    /// a triangle that has to be clipped; the boxes in which no triangle has to be clipped; and the
+    /// boxes for which no triangle in a box three times as large has to be clipped.
     #[allow(clippy::cast_possible_truncation, reason = "a small power of two")]
     #[inline(always)]
     fn boxes<S: Simd>(
@@ -251,14 +260,14 @@ impl<'a> Search<'a> {
         if wanted & before == 0 {
             return (wanted, whole, roomy);
         }
-        // Keep what matters to the target; boxes around the shading point may be anywhere before
-        // it.
+        // Keep what matters to the target; boxes around the shading point may have any projection.
         let [low, high] = ShaftBounds::images(s, &least, &most);
         let needed = target.needs(s, wanted & before, low, high);
         (wanted & (needed | !before), whole, roomy)
     }
 
-    /// The boxes in which all triangles and their neighbours surely face the same way.
+    /// Returns a bit for each box in which all triangles and their neighbours surely face the same
+    /// way.
     #[inline(always)]
     #[allow(clippy::cast_possible_truncation, reason = "the room allows for it")]
     fn faces_one_way<S: Simd>(&self, s: S, rows: &[S::F; 6], facing: &Facing) -> u8 {
@@ -275,8 +284,8 @@ impl<'a> Search<'a> {
         s.lt(s.splat(self.room), least) | s.lt(most, s.splat(-self.room))
     }
 
-    /// Finds the silhouettes in a leaf in which no triangle has to be clipped; `is_roomy` if this
-    /// is also true of a box three times as large.
+    /// Finds the silhouettes in a leaf in which no triangle has to be clipped; `is_roomy` says that
+    /// no triangle in a box three times as large has to be clipped either.
     #[inline(always)]
     fn look_at_whole<S: Simd>(&self, s: S, child: Child, is_roomy: bool, target: &mut impl Target) {
         let index = child.leaf_index();
@@ -338,7 +347,7 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Returns the image of a triangle's corner in (p, q), with the same bits as in
+    /// Returns a triangle's corner projected to (p, q), with the same bits as in
     /// [`Search::outlines`].
     #[inline(always)]
     fn image(&self, leaf: &Leaf, lane: usize, corner: usize) -> [f64; 2] {
@@ -348,7 +357,7 @@ impl<'a> Search<'a> {
         [p * inverse, q * inverse]
     }
 
-    /// Finds the silhouettes in a leaf, and which of its triangles have to be clipped.
+    /// Finds the silhouettes in any leaf, and which of its triangles have to be clipped.
     #[inline(always)]
     fn look_into<S: Simd>(
         &self,
@@ -396,8 +405,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns how many layers begin beyond a side, of a triangle and its neighbour together, for p
-    /// ascending along the side or not. Zero where the neighbour reports the side.
+    /// Returns how many layers of a triangle and its neighbour together begin beyond the side that
+    /// they share, in the direction of ascending q; zero if the side is reported for the neighbour
+    /// instead. `slot` is the triangle's, `side` is the neighbour's entry in
+    /// [`Surfaces::sides`](crate::surfaces::Surfaces::sides), and `ascending` says whether p
+    /// ascends along the side.
     #[inline(always)]
     fn change(
         &self,
@@ -426,15 +438,16 @@ impl<'a> Search<'a> {
         }
         let neighbour = side >> 1;
         let beyond = !known.back_beyond && self.is_front(neighbour);
-        // Between two triangles that both face front the layers go on; and a neighbour that has to
-        // be clipped reports the side itself.
+        // Between two triangles that both face front the layers continue; and a side next to a
+        // triangle that has to be clipped is reported for that neighbour itself.
         if is_whole & opposite & beyond || !(known.whole_beyond || self.is_whole(neighbour)) {
             return 0;
         }
         own + layers(beyond, self.upright, ascending != opposite)
     }
 
-    /// Projects a leaf's triangles; also returns a bit for each that may hide something.
+    /// Projects a leaf's triangles. Also returns a bit for each triangle that may hide something,
+    /// which is not wholly behind the shading point or beyond the light.
     #[inline(always)]
     fn outlines<S: Simd>(&self, s: S, leaf: &Leaf) -> (Outlines, u8) {
         let mut outlines = Outlines {
@@ -502,8 +515,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// How many nodes or leaves ahead data are prefetched. With two, fine meshes of 10⁶ triangles take
-/// 6 to 8 % longer; with eight, the same time.
+/// How many nodes or leaves ahead of the current one data are prefetched. With two, the search
+/// takes 6 to 8 % longer for fine meshes of 10⁶ triangles; with eight, the same time.
 const AHEAD: usize = 4;
 
 /// Grows a list so that eight more entries fit after `end`.

@@ -9,19 +9,21 @@ use crate::{
 use linelit_geometry::DVec3;
 use linelit_simd::Simd;
 
-/// An upper bound of what products lose by being less than the least normal `f32`.
+/// An upper bound of the error of products that are less than the least normal `f32`.
 const LEAST: f32 = 1e-30;
 
 /// How a leaf's triangles and their neighbours face.
 pub(crate) struct Turning {
     /// For the side that begins at each corner, a bit for each triangle whose neighbour beyond that
-    /// side may face the other way.
+    /// side may face the other way than the triangle.
     pub(crate) sides: [u8; 3],
-    /// Triangles that the shading point is surely behind, in the orientation of their corners.
+    /// A bit for each triangle whose plane the shading point is surely behind, in the orientation
+    /// of the triangle's corners.
     pub(crate) front: u8,
-    /// Triangles that the shading point is surely before.
+    /// A bit for each triangle whose plane the shading point is surely before.
     pub(crate) back: u8,
-    /// Like `sides`, for neighbours that the shading point is surely before.
+    /// For the side that begins at each corner, a bit for each triangle whose neighbour beyond that
+    /// side has a plane that the shading point is surely before.
     pub(crate) backs_beyond: [u8; 3],
 }
 
